@@ -1,0 +1,488 @@
+//! Arithmetic expressions over parameters.
+//!
+//! An expression is a postfix program for a stack of numbers, so that evaluating, copying and inspecting it are loops,
+//! however deep it was nested. Truth is a number: 0 is false, everything else true.
+//!
+//! *Not a number* marks what has no value (an unset parameter, 0/0): it is contagious, in comparisons too, and only a
+//! branch that `if`, `&&` or `||` does not take stops it. Whoever uses a result must refuse it.
+
+use std::fmt;
+use std::ops::{Add, Div, Mul, Neg, Rem, Sub};
+
+use crate::{Env, ParamId, angle};
+
+/// An arithmetic expression over parameters.
+///
+/// ```
+/// use csg_graph::{Expr, GraphBuilder};
+///
+/// let mut builder = GraphBuilder::new();
+/// let cnt = builder.param("cnt", 8.0);
+/// let half = Expr::from(cnt) / 2.0 - 1.0;
+/// assert_eq!(half.evaluate(builder.initial()), 3.0);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expr {
+    program: Vec<Op>,
+}
+
+/// One step of the postfix program.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Op {
+    Constant(f64),
+    Param(ParamId),
+    Unary(Unary),
+    Binary(Binary),
+    Call(Function),
+}
+
+/// An operator with one operand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Unary {
+    /// `-a`
+    Negate,
+    /// `!a`
+    Not,
+}
+
+/// An operator with two operands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Binary {
+    /// `a + b`
+    Add,
+    /// `a - b`
+    Subtract,
+    /// `a * b`
+    Multiply,
+    /// `a / b`
+    Divide,
+    /// `a % b`, the remainder with the sign of `b`: `-1 % 8` is 7.
+    Remainder,
+    /// `a ^ b`
+    Power,
+    /// `a < b`
+    Less,
+    /// `a <= b`
+    LessEqual,
+    /// `a > b`
+    Greater,
+    /// `a >= b`
+    GreaterEqual,
+    /// `a == b`
+    Equal,
+    /// `a != b`
+    NotEqual,
+    /// `a && b`
+    And,
+    /// `a || b`
+    Or,
+}
+
+/// A named function. Angles are degrees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+#[expect(missing_docs, reason = "`signature` and `summary` describe them, for messages and the reference too")]
+pub enum Function {
+    If,
+    Abs,
+    Sign,
+    Min,
+    Max,
+    Clamp,
+    Mix,
+    Floor,
+    Ceil,
+    Round,
+    Sqrt,
+    Pow,
+    Exp,
+    Ln,
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Atan2,
+}
+
+impl Function {
+    /// Every function.
+    pub const ALL: &[Self] = &[
+        Self::If,
+        Self::Abs,
+        Self::Sign,
+        Self::Min,
+        Self::Max,
+        Self::Clamp,
+        Self::Mix,
+        Self::Floor,
+        Self::Ceil,
+        Self::Round,
+        Self::Sqrt,
+        Self::Pow,
+        Self::Exp,
+        Self::Ln,
+        Self::Sin,
+        Self::Cos,
+        Self::Tan,
+        Self::Asin,
+        Self::Acos,
+        Self::Atan,
+        Self::Atan2,
+    ];
+
+    /// The name in the language, with its arguments: `if(condition, then, else)`.
+    pub fn signature(self) -> &'static str {
+        match self {
+            Self::If => "if(condition, then, else)",
+            Self::Abs => "abs(x)",
+            Self::Sign => "sign(x)",
+            Self::Min => "min(a, b)",
+            Self::Max => "max(a, b)",
+            Self::Clamp => "clamp(x, low, high)",
+            Self::Mix => "mix(a, b, t)",
+            Self::Floor => "floor(x)",
+            Self::Ceil => "ceil(x)",
+            Self::Round => "round(x)",
+            Self::Sqrt => "sqrt(x)",
+            Self::Pow => "pow(x, y)",
+            Self::Exp => "exp(x)",
+            Self::Ln => "ln(x)",
+            Self::Sin => "sin(angle)",
+            Self::Cos => "cos(angle)",
+            Self::Tan => "tan(angle)",
+            Self::Asin => "asin(x)",
+            Self::Acos => "acos(x)",
+            Self::Atan => "atan(x)",
+            Self::Atan2 => "atan2(y, x)",
+        }
+    }
+
+    /// What it computes, in a line.
+    pub fn summary(self) -> &'static str {
+        match self {
+            Self::If => "`then` where the condition is not 0, otherwise `else`",
+            Self::Abs => "the distance from 0",
+            Self::Sign => "−1, 0 or 1",
+            Self::Min => "the smaller",
+            Self::Max => "the larger",
+            Self::Clamp => "`x`, but at least `low` and at most `high`",
+            Self::Mix => "`a` at t = 0, `b` at t = 1, straight between and beyond",
+            Self::Floor => "the next integer below",
+            Self::Ceil => "the next integer above",
+            Self::Round => "the nearest integer, halves away from 0",
+            Self::Sqrt => "the square root",
+            Self::Pow => "`x ^ y`",
+            Self::Exp => "e to the power of `x`",
+            Self::Ln => "the natural logarithm",
+            Self::Sin => "the sine",
+            Self::Cos => "the cosine",
+            Self::Tan => "the tangent",
+            Self::Asin => "the angle with that sine, −90 to 90",
+            Self::Acos => "the angle with that cosine, 0 to 180",
+            Self::Atan => "the angle with that tangent, −90 to 90",
+            Self::Atan2 => "the angle of the point (x, y), −180 to 180",
+        }
+    }
+
+    /// The name in the language.
+    pub fn name(self) -> &'static str {
+        let signature = self.signature();
+        &signature[..signature.find('(').unwrap_or(signature.len())]
+    }
+
+    /// How many arguments it takes.
+    pub fn arity(self) -> usize {
+        self.signature().matches(',').count() + 1
+    }
+
+    /// The function of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|function| function.name() == name)
+    }
+
+    fn apply(self, args: &[f64]) -> f64 {
+        let a = args[0];
+        match self {
+            Self::If if a.is_nan() => a,
+            Self::If => args[if a == 0.0 { 2 } else { 1 }],
+            _ if args.iter().any(|arg| arg.is_nan()) => f64::NAN,
+            Self::Abs => a.abs(),
+            Self::Sign => f64::from(i8::from(a > 0.0) - i8::from(a < 0.0)),
+            Self::Min => a.min(args[1]),
+            Self::Max => a.max(args[1]),
+            Self::Clamp => a.max(args[1]).min(args[2]),
+            Self::Mix => a + (args[1] - a) * args[2],
+            Self::Floor => a.floor(),
+            Self::Ceil => a.ceil(),
+            Self::Round => a.round(),
+            Self::Sqrt => a.sqrt(),
+            Self::Pow => libm::pow(a, args[1]),
+            Self::Exp => libm::exp(a),
+            Self::Ln => libm::log(a),
+            Self::Sin => angle::sin_cos(a).0,
+            Self::Cos => angle::sin_cos(a).1,
+            Self::Tan => {
+                let (sin, cos) = angle::sin_cos(a);
+                sin / cos
+            }
+            Self::Asin => libm::asin(a).to_degrees(),
+            Self::Acos => libm::acos(a).to_degrees(),
+            Self::Atan => libm::atan(a).to_degrees(),
+            Self::Atan2 => libm::atan2(a, args[1]).to_degrees(),
+        }
+    }
+}
+
+impl Unary {
+    fn apply(self, a: f64) -> f64 {
+        match self {
+            Self::Negate => -a,
+            Self::Not if a.is_nan() => a,
+            Self::Not => truth(a == 0.0),
+        }
+    }
+}
+
+impl Binary {
+    /// The operator as it is written.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::Add => "+",
+            Self::Subtract => "-",
+            Self::Multiply => "*",
+            Self::Divide => "/",
+            Self::Remainder => "%",
+            Self::Power => "^",
+            Self::Less => "<",
+            Self::LessEqual => "<=",
+            Self::Greater => ">",
+            Self::GreaterEqual => ">=",
+            Self::Equal => "==",
+            Self::NotEqual => "!=",
+            Self::And => "&&",
+            Self::Or => "||",
+        }
+    }
+
+    #[expect(clippy::float_cmp, reason = "the language's == and != compare exactly")]
+    fn apply(self, a: f64, b: f64) -> f64 {
+        match self {
+            Self::And if a == 0.0 => return 0.0,
+            Self::Or if a != 0.0 && !a.is_nan() => return 1.0,
+            _ => {}
+        }
+        if a.is_nan() || b.is_nan() {
+            return f64::NAN;
+        }
+        match self {
+            Self::Add => a + b,
+            Self::Subtract => a - b,
+            Self::Multiply => a * b,
+            Self::Divide => a / b,
+            Self::Remainder => floored_remainder(a, b),
+            Self::Power => libm::pow(a, b),
+            Self::Less => truth(a < b),
+            Self::LessEqual => truth(a <= b),
+            Self::Greater => truth(a > b),
+            Self::GreaterEqual => truth(a >= b),
+            Self::Equal => truth(a == b),
+            Self::NotEqual => truth(a != b),
+            Self::And | Self::Or => truth(b != 0.0),
+        }
+    }
+}
+
+fn truth(condition: bool) -> f64 {
+    f64::from(u8::from(condition))
+}
+
+/// The remainder with the sign of the divisor, always smaller than it in size.
+fn floored_remainder(a: f64, b: f64) -> f64 {
+    let remainder = a % b;
+    if remainder != 0.0 && (remainder < 0.0) != (b < 0.0) { remainder + b } else { remainder }
+}
+
+impl Expr {
+    /// `operator a`
+    #[must_use]
+    pub fn unary(operator: Unary, a: impl Into<Self>) -> Self {
+        let mut program = a.into().program;
+        program.push(Op::Unary(operator));
+        Self { program }
+    }
+
+    /// `a operator b`
+    #[must_use]
+    pub fn binary(operator: Binary, a: impl Into<Self>, b: impl Into<Self>) -> Self {
+        let mut program = a.into().program;
+        program.extend(b.into().program);
+        program.push(Op::Binary(operator));
+        Self { program }
+    }
+
+    /// `function(arguments…)`
+    ///
+    /// # Panics
+    /// If there are more or fewer arguments than the function takes.
+    #[must_use]
+    pub fn call(function: Function, arguments: impl IntoIterator<Item = Self>) -> Self {
+        let mut program = Vec::new();
+        let mut count = 0;
+        for argument in arguments {
+            program.extend(argument.program);
+            count += 1;
+        }
+        assert_eq!(count, function.arity(), "arguments of {}", function.signature());
+        program.push(Op::Call(function));
+        Self { program }
+    }
+
+    /// `if(condition, then, otherwise)`
+    #[must_use]
+    pub fn choose(condition: impl Into<Self>, then: impl Into<Self>, otherwise: impl Into<Self>) -> Self {
+        Self::call(Function::If, [condition.into(), then.into(), otherwise.into()])
+    }
+
+    /// `self > other`, the usual guard of a recursion.
+    #[must_use]
+    pub fn gt(self, other: impl Into<Self>) -> Self {
+        Self::binary(Binary::Greater, self, other)
+    }
+
+    /// The value in `env`; not a number where it has none (see the module's head).
+    pub fn evaluate(&self, env: &Env) -> f64 {
+        if let [Op::Constant(value)] = self.program[..] {
+            return value;
+        }
+        let mut stack: Vec<f64> = Vec::with_capacity(8);
+        for op in &self.program {
+            let arity = op.arity();
+            let args = &stack[stack.len() - arity..];
+            let value = match *op {
+                Op::Constant(value) => value,
+                Op::Param(param) => env.values()[param.index()],
+                Op::Unary(operator) => operator.apply(args[0]),
+                Op::Binary(operator) => operator.apply(args[0], args[1]),
+                Op::Call(function) => function.apply(args),
+            };
+            stack.truncate(stack.len() - arity);
+            stack.push(value);
+        }
+        stack[0]
+    }
+
+    /// The parameters that it reads, in the order of reading, with repetitions.
+    pub fn params(&self) -> impl Iterator<Item = ParamId> + '_ {
+        self.program.iter().filter_map(|op| match op {
+            Op::Param(param) => Some(*param),
+            _ => None,
+        })
+    }
+
+    /// The expression as the language writes it, with only the parentheses that it needs.
+    pub fn display<'a>(&'a self, param_name: &'a dyn Fn(ParamId) -> &'a str) -> impl fmt::Display + 'a {
+        fmt::from_fn(move |f| f.write_str(&self.render(param_name)))
+    }
+
+    fn render<'a>(&'a self, param_name: &dyn Fn(ParamId) -> &'a str) -> String {
+        // Each entry is a text and how tightly its outermost operator binds.
+        let mut stack: Vec<(String, u8)> = Vec::new();
+        for op in &self.program {
+            let args = stack.split_off(stack.len() - op.arity());
+            let strength = op.strength();
+            let wrapped = |index: usize, least: u8| {
+                let (text, strength) = &args[index];
+                if *strength < least { format!("({text})") } else { text.clone() }
+            };
+            let text = match op {
+                Op::Constant(value) => format!("{value}"),
+                Op::Param(param) => param_name(*param).to_owned(),
+                Op::Unary(Unary::Negate) => format!("-{}", wrapped(0, strength)),
+                Op::Unary(Unary::Not) => format!("!{}", wrapped(0, strength)),
+                Op::Binary(Binary::Power) => format!("{}^{}", wrapped(0, strength + 1), wrapped(1, strength)),
+                Op::Binary(operator) => {
+                    format!("{} {} {}", wrapped(0, strength), operator.symbol(), wrapped(1, strength + 1))
+                }
+                Op::Call(function) => {
+                    let list: Vec<_> = args.into_iter().map(|(text, _)| text).collect();
+                    format!("{}({})", function.name(), list.join(", "))
+                }
+            };
+            stack.push((text, strength));
+        }
+        stack.pop().map_or_else(String::new, |(text, _)| text)
+    }
+}
+
+impl Op {
+    fn arity(self) -> usize {
+        match self {
+            Self::Constant(_) | Self::Param(_) => 0,
+            Self::Unary(_) => 1,
+            Self::Binary(_) => 2,
+            Self::Call(function) => function.arity(),
+        }
+    }
+
+    /// How tightly it binds, as in the language: `||`, `&&`, comparisons, sums, products, signs, powers, atoms.
+    fn strength(self) -> u8 {
+        match self {
+            Self::Constant(value) if value < 0.0 => 6,
+            Self::Constant(_) | Self::Param(_) | Self::Call(_) => 9,
+            Self::Unary(_) => 6,
+            Self::Binary(operator) => match operator {
+                Binary::Or => 1,
+                Binary::And => 2,
+                Binary::Less
+                | Binary::LessEqual
+                | Binary::Greater
+                | Binary::GreaterEqual
+                | Binary::Equal
+                | Binary::NotEqual => 3,
+                Binary::Add | Binary::Subtract => 4,
+                Binary::Multiply | Binary::Divide | Binary::Remainder => 5,
+                Binary::Power => 7,
+            },
+        }
+    }
+}
+
+impl From<f64> for Expr {
+    fn from(value: f64) -> Self {
+        Self { program: vec![Op::Constant(value)] }
+    }
+}
+
+impl From<ParamId> for Expr {
+    fn from(param: ParamId) -> Self {
+        Self { program: vec![Op::Param(param)] }
+    }
+}
+
+macro_rules! operator {
+    ($trait:ident, $method:ident, $operator:expr) => {
+        impl<T: Into<Expr>> $trait<T> for Expr {
+            type Output = Expr;
+            fn $method(self, other: T) -> Expr {
+                Expr::binary($operator, self, other)
+            }
+        }
+    };
+}
+
+operator!(Add, add, Binary::Add);
+operator!(Sub, sub, Binary::Subtract);
+operator!(Mul, mul, Binary::Multiply);
+operator!(Div, div, Binary::Divide);
+operator!(Rem, rem, Binary::Remainder);
+
+impl Neg for Expr {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self::unary(Unary::Negate, self)
+    }
+}

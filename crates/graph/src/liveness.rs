@@ -1,0 +1,95 @@
+//! Which parameters can still be read at or below a node.
+//!
+//! The classic backward data-flow problem of compilers, on a graph that may be cyclic: live(node) is what the node reads
+//! together with live(child) less what the node assigns, iterated to the least fixed point. Parameters that no C-node
+//! assigns have one value everywhere; they never tell states apart and count as dead.
+
+use crate::{Node, NodeId, ParamId};
+
+/// For each node, a set of parameters as a row of bits.
+#[derive(Clone, Debug)]
+pub(crate) struct Liveness {
+    words: usize,
+    rows: Vec<u64>,
+    assigned: Vec<u64>,
+}
+
+impl Liveness {
+    pub(crate) fn new(nodes: &[Node], params: usize) -> Self {
+        let words = params.div_ceil(64);
+        let mut assigned = vec![0; words];
+        for node in nodes {
+            if let Node::Calculation(calculation) = node {
+                calculation.assignments.iter().for_each(|(param, _)| insert(&mut assigned, *param));
+            }
+        }
+        let mut liveness = Self { words, rows: vec![0; words * nodes.len()], assigned };
+        if words > 0 {
+            liveness.iterate(nodes);
+        }
+        liveness
+    }
+
+    pub(crate) fn is_live(&self, node: NodeId, param: ParamId) -> bool {
+        self.row(node.index())[param.index() / 64] >> (param.index() % 64) & 1 != 0
+    }
+
+    /// Whether some C-node assigns the parameter.
+    pub(crate) fn is_assigned(&self, param: ParamId) -> bool {
+        self.assigned[param.index() / 64] >> (param.index() % 64) & 1 != 0
+    }
+
+    fn row(&self, node: usize) -> &[u64] {
+        &self.rows[node * self.words..(node + 1) * self.words]
+    }
+
+    /// A worklist: when a row grows, the rows of its parents are computed again.
+    fn iterate(&mut self, nodes: &[Node]) {
+        let mut parents = vec![Vec::new(); nodes.len()];
+        for (index, node) in nodes.iter().enumerate() {
+            for child in node.children() {
+                parents[child.index()].push(index);
+            }
+        }
+        let mut queued = vec![true; nodes.len()];
+        // Builders make children before parents, so that most rows settle at once in this order.
+        let mut queue: std::collections::VecDeque<usize> = (0..nodes.len()).collect();
+        while let Some(index) = queue.pop_front() {
+            queued[index] = false;
+            let row = self.compute(&nodes[index]);
+            if row != self.row(index) {
+                self.rows[index * self.words..(index + 1) * self.words].copy_from_slice(&row);
+                for &parent in &parents[index] {
+                    if !std::mem::replace(&mut queued[parent], true) {
+                        queue.push_back(parent);
+                    }
+                }
+            }
+        }
+    }
+
+    fn compute(&self, node: &Node) -> Vec<u64> {
+        let mut live = vec![0; self.words];
+        for child in node.children() {
+            live.iter_mut().zip(self.row(child.index())).for_each(|(live, below)| *live |= below);
+        }
+        if let Node::Calculation(calculation) = node {
+            // Backwards: an assignment to a dead parameter reads nothing.
+            for (param, expr) in calculation.assignments.iter().rev() {
+                let (word, bit) = (param.index() / 64, 1 << (param.index() % 64));
+                if live[word] & bit != 0 {
+                    live[word] &= !bit;
+                    expr.params().for_each(|read| insert(&mut live, read));
+                }
+            }
+        } else {
+            node.exprs().into_iter().flat_map(|expr| expr.params()).for_each(|read| insert(&mut live, read));
+        }
+        live.iter_mut().zip(&self.assigned).for_each(|(live, assigned)| *live &= assigned);
+        live
+    }
+}
+
+fn insert(row: &mut [u64], param: ParamId) {
+    row[param.index() / 64] |= 1 << (param.index() % 64);
+}
