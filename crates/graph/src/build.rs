@@ -1,7 +1,9 @@
 //! Making graphs in Rust: trees, dags and cyclic graphs, without any text.
 
 use crate::liveness::Liveness;
-use crate::node::{AttributeNode, AttributeTerm, Calculation, OperatorNode, PrimitiveNode, Symbol, Transformation};
+use crate::node::{
+    AttributeNode, AttributeTerm, Calculation, OperatorNode, PrimitiveNode, Symbol, Transformation,
+};
 use crate::validate::{self, GraphError};
 use crate::{Env, EvalError, Expr, Graph, Node, NodeId, Operator, ParamId, PrimitiveKind, TransformKind};
 
@@ -104,7 +106,11 @@ impl GraphBuilder {
     }
 
     /// A C-node.
-    pub fn calculate(&mut self, assignments: impl IntoIterator<Item = (ParamId, Expr)>, body: NodeId) -> NodeId {
+    pub fn calculate(
+        &mut self,
+        assignments: impl IntoIterator<Item = (ParamId, Expr)>,
+        body: NodeId,
+    ) -> NodeId {
         self.push(Node::Calculation(Calculation { assignments: assignments.into_iter().collect(), body }))
     }
 
@@ -124,7 +130,11 @@ impl GraphBuilder {
     }
 
     /// An attribute node.
-    pub fn attribute(&mut self, terms: impl IntoIterator<Item = (AttributeTerm, Expr)>, body: NodeId) -> NodeId {
+    pub fn attribute(
+        &mut self,
+        terms: impl IntoIterator<Item = (AttributeTerm, Expr)>,
+        body: NodeId,
+    ) -> NodeId {
         self.push(Node::Attribute(AttributeNode { terms: terms.into_iter().collect(), body }))
     }
 

@@ -98,7 +98,7 @@ pub enum Fault {
 }
 
 /// ` where a = 1, b = 2`, or nothing.
-struct ParamValues<'a>(&'a [(String, f64)]);
+pub(crate) struct ParamValues<'a>(pub(crate) &'a [(String, f64)]);
 
 impl fmt::Display for ParamValues<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -156,6 +156,7 @@ impl Graph {
     ///
     /// # Panics
     /// If `id` is no S-node.
+    #[expect(clippy::float_cmp, reason = "a rule number is exact or it is no rule number")]
     pub fn select(&self, id: NodeId, env: &Env) -> Result<NodeId, EvalError> {
         let Node::Symbol(symbol) = self.node(id) else { panic!("{id:?} is no S-node") };
         let Some(selection) = &symbol.selection else { return Ok(symbol.rules[0]) };
@@ -177,7 +178,9 @@ impl Graph {
         let Node::Calculation(node) = self.node(id) else { panic!("{id:?} is no C-node") };
         for (index, (param, expr)) in node.assignments.iter().enumerate() {
             // What nothing reads needs no value.
-            if self.liveness.is_live(node.body, *param) || self.read_later(&node.assignments[index + 1..], *param) {
+            if self.liveness.is_live(node.body, *param)
+                || self.read_later(&node.assignments[index + 1..], *param)
+            {
                 let value = self.number(id, index, expr, env)?;
                 env.set(*param, value);
             }

@@ -6,7 +6,6 @@
 //! *Not a number* marks what has no value (an unset parameter, 0/0): it is contagious, in comparisons too, and only a
 //! branch that `if`, `&&` or `||` does not take stops it. Whoever uses a result must refuse it.
 
-use std::fmt;
 use std::ops::{Add, Div, Mul, Neg, Rem, Sub};
 
 use crate::{Env, ParamId, angle};
@@ -83,7 +82,10 @@ pub enum Binary {
 /// A named function. Angles are degrees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "`signature` and `summary` describe them, for messages and the reference too")]
+#[expect(
+    missing_docs,
+    reason = "`signature` and `summary` describe them, for messages and the reference too"
+)]
 pub enum Function {
     If,
     Abs,
@@ -384,11 +386,7 @@ impl Expr {
     }
 
     /// The expression as the language writes it, with only the parentheses that it needs.
-    pub fn display<'a>(&'a self, param_name: &'a dyn Fn(ParamId) -> &'a str) -> impl fmt::Display + 'a {
-        fmt::from_fn(move |f| f.write_str(&self.render(param_name)))
-    }
-
-    fn render<'a>(&'a self, param_name: &dyn Fn(ParamId) -> &'a str) -> String {
+    pub fn to_text<'a>(&self, param_name: impl Fn(ParamId) -> &'a str) -> String {
         // Each entry is a text and how tightly its outermost operator binds.
         let mut stack: Vec<(String, u8)> = Vec::new();
         for op in &self.program {

@@ -68,7 +68,8 @@ impl Graph {
             Node::Primitive(node) => node.kind.name().to_owned(),
             Node::Operator(node) => node.operator.sign().to_owned(),
             Node::Calculation(node) => {
-                let names: Vec<_> = node.assignments.iter().map(|(param, _)| self.param_name(*param)).collect();
+                let names: Vec<_> =
+                    node.assignments.iter().map(|(param, _)| self.param_name(*param)).collect();
                 names.join(", ")
             }
             Node::Attribute(node) => {

@@ -38,7 +38,9 @@ pub enum HullError {
         count: usize,
     },
     /// More than [`HULL_POINTS`].
-    #[error("a hull may have at most {HULL_POINTS} points, not {count}; build it as a union or an intersection")]
+    #[error(
+        "a hull may have at most {HULL_POINTS} points, not {count}; build it as a union or an intersection"
+    )]
     TooMany {
         /// How many there are.
         count: usize,
@@ -72,8 +74,11 @@ impl Hull {
         }
         let faces = faces(&points);
         // A flat set has its own plane as a face from both sides.
-        let flat = faces.iter().any(|a| faces.iter().any(|b| a.normal.dot(b.normal) < -1.0 + FLATNESS
-            && a.offset + b.offset <= FLATNESS * extent(&points)));
+        let flat = faces.iter().any(|a| {
+            faces.iter().any(|b| {
+                a.normal.dot(b.normal) < -1.0 + FLATNESS && a.offset + b.offset <= FLATNESS * extent(&points)
+            })
+        });
         if faces.len() < 4 || flat {
             return Err(HullError::Flat);
         }

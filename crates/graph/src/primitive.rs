@@ -37,7 +37,10 @@ pub enum Primitive {
 /// A primitive of the language, before its arguments have values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "`signature` and `summary` describe them, for messages and the reference too")]
+#[expect(
+    missing_docs,
+    reason = "`signature` and `summary` describe them, for messages and the reference too"
+)]
 pub enum PrimitiveKind {
     Sphere,
     Cylinder,
@@ -177,7 +180,9 @@ impl PrimitiveKind {
                     .map(DVec3::from_array)
                     .to_vec(),
             ),
-            Self::Octahedron => hull([DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|v| [v, -v]).collect()),
+            Self::Octahedron => {
+                hull([DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|v| [v, -v]).collect())
+            }
             Self::Dodecahedron => hull(dodecahedron()),
             Self::Icosahedron => hull(icosahedron()),
             Self::Hull => hull(args.chunks_exact(3).map(DVec3::from_slice).collect()),

@@ -128,7 +128,10 @@ impl Transform {
 /// A transformation of the language, before its arguments have values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "`signature` and `summary` describe them, for messages and the reference too")]
+#[expect(
+    missing_docs,
+    reason = "`signature` and `summary` describe them, for messages and the reference too"
+)]
 pub enum TransformKind {
     Move,
     Scale,
