@@ -47,7 +47,7 @@ fn tower(n: f64) -> csg_graph::Graph {
     let rest = b.calculate([(n, Expr::from(n) - 1.0)], up);
     let both = b.operator(Operator::Union, cone, rest);
     b.rules(symbol, Some(Expr::choose(Expr::from(n).gt(1.0), 2.0, 1.0)), [cone, both]);
-    b.finish(symbol).unwrap()
+    b.finish(symbol).expect("a tower is sound")
 }
 
 #[test]

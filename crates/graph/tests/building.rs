@@ -1,4 +1,5 @@
 //! What a builder accepts, what it refuses, and how expressions evaluate.
+#![expect(clippy::float_cmp, reason = "the language promises these values to the bit")]
 
 mod common;
 
