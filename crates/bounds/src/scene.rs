@@ -1,0 +1,119 @@
+//! What the algorithms ask of a scene: a root, what is directly below a state, and the points and boxes of shapes.
+//!
+//! A scene is a Boolean expression over transformed shapes that is never written out: a tree, a dag, or a recursion
+//! whose parameters say when it ends. A *state* is one node of it together with everything that decides what is below,
+//! so that two places with equal states are the same solid, each in its own frame.
+
+use std::hash::Hash;
+
+use glam::{DAffine3, DVec3};
+
+use crate::{Aabb, PointSet};
+
+/// A scene graph, as seen by the algorithms of this crate.
+///
+/// The scene has *nodes*, finitely many and numbered, each of which gets one hyper box. At each place of the unfolded
+/// tree a node is met in some *state*, and [`step`](Self::step) says what is below it there. The crate's documentation
+/// shows a scene from beginning to end.
+pub trait Scene {
+    /// A node with all values that what is below it depends on. Cheap to clone: it is cloned for each visit.
+    ///
+    /// Equal states are the same solid; equality and hash serve algorithms that visit each state once.
+    type State: Clone + Eq + Hash;
+    /// A transformation.
+    type Map: Map;
+    /// A primitive solid.
+    type Shape: Shape;
+    /// Why a state cannot be expanded; [`Infallible`](std::convert::Infallible) if all can.
+    type Error;
+
+    /// The state where unfolding starts.
+    fn root(&self) -> Self::State;
+
+    /// What a state is, with the states directly below it.
+    ///
+    /// # Errors
+    /// If it cannot be expanded. The algorithms stop there and pass the error on.
+    fn step(&self, state: &Self::State) -> Result<Step<Self>, Self::Error>;
+
+    /// The node of a state: a number below [`node_count`](Self::node_count). It says which hyper box the state's box
+    /// is joined to.
+    fn node(&self, state: &Self::State) -> usize;
+
+    /// How many nodes there are.
+    fn node_count(&self) -> usize;
+}
+
+/// What a state is, with the states directly below it.
+pub enum Step<S: Scene + ?Sized> {
+    /// A primitive solid, in the frame of the state.
+    Shape(S::Shape),
+    /// The same solid in the same frame: a node that selects, calculates or paints.
+    Same(S::State),
+    /// A T-node: the map from the frame below into the frame of this state, and what is below.
+    Map(S::Map, S::State),
+    /// The union of any number of solids; of none, it is empty.
+    Union(Vec<S::State>),
+    /// What is in both solids.
+    Intersection([S::State; 2]),
+    /// What is in the first solid and not in the second.
+    Difference([S::State; 2]),
+}
+
+/// An affine transformation as a function of points.
+///
+/// The paper's section 3: a chain T₃·T₂·T₁ is applied as T₃(T₂(T₁(p))), so that a translation costs three additions
+/// and not a matrix product.
+pub trait Map {
+    /// The image of a point of the frame below, in the frame above.
+    ///
+    /// Must be affine, x ↦ M x + t, and in every coordinate within 4 ε (‖M‖ |x| + |t|) of the exact image, where ε is
+    /// [`f64::EPSILON`], |·| is the largest coordinate and ‖M‖ the largest sum of absolute values in a row of M. Every
+    /// straightforward evaluation is: a matrix product with a sum, or any part of one.
+    fn point(&self, point: DVec3) -> DVec3;
+
+    /// Maps many points in place, with the same promise.
+    ///
+    /// The chain algorithm spends most of its time here. A transformation of several kinds should decide once for all
+    /// points which kind it is.
+    fn points(&self, points: &mut [DVec3]) {
+        for point in points {
+            *point = self.point(*point);
+        }
+    }
+}
+
+/// A primitive solid in its own frame.
+pub trait Shape {
+    /// A box that encloses the shape: the least one, if boxes are to be as small as they can be.
+    fn bounds(&self) -> Aabb;
+
+    /// Points whose convex hull encloses the shape.
+    ///
+    /// They must *circumscribe*: points on the surface give boxes that are too small. Points that stick out of
+    /// [`bounds`](Self::bounds) are allowed, but then the chain algorithm's boxes need not lie in the conventional ones.
+    fn point_set(&self) -> PointSet<'_>;
+}
+
+impl Map for DAffine3 {
+    fn point(&self, point: DVec3) -> DVec3 {
+        self.transform_point3(point)
+    }
+}
+
+/// A solid cuboid.
+impl Shape for Aabb {
+    fn bounds(&self) -> Aabb {
+        *self
+    }
+
+    fn point_set(&self) -> PointSet<'_> {
+        if self.is_empty() {
+            PointSet::EMPTY
+        } else if self.is_bounded() {
+            PointSet::from(self.corners().to_vec())
+        } else {
+            PointSet::Unbounded
+        }
+    }
+}
