@@ -1,1 +1,73 @@
-//! Placeholder.
+//! Ray tracing of cyclic CSG graphs: a graph in, a picture out, and nothing unfolded on the way.
+//!
+//! \[TRAX95\] traces rays directly through the graph that a grammar is. This crate has that walk, the shapes and Boolean
+//! operators that it ends in, and what a picture needs around it: camera, lights, shading, film, and the paper's colour
+//! plate as one of several [views](View). It knows no text and no files.
+//!
+//! # One ray
+//!
+//! ```
+//! use csg_graph::{GraphBuilder, Operator, PrimitiveKind, TransformKind};
+//! use csg_graph_trace::{Ray, Walk};
+//! use glam::DVec3;
+//!
+//! // cube \ move(0, 0, 1) sphere
+//! let mut builder = GraphBuilder::new();
+//! let cube = builder.primitive(PrimitiveKind::Cube, []);
+//! let sphere = builder.primitive(PrimitiveKind::Sphere, []);
+//! let raised = builder.transform(TransformKind::Move, [0.0.into(), 0.0.into(), 1.0.into()], sphere);
+//! let bowl = builder.operator(Operator::Difference, cube, raised);
+//! let graph = builder.finish(bowl)?;
+//!
+//! let mut walk = Walk::new(&graph, None);
+//! let ray = Ray { origin: DVec3::new(0.0, 0.0, 5.0), direction: DVec3::new(0.0, 0.0, -1.0) };
+//! let hit = walk.nearest(&ray)?.expect("the ray falls into the bowl");
+//! assert_eq!(hit.point, DVec3::ZERO);
+//! assert_eq!(hit.normal, DVec3::Z);
+//! assert_eq!(hit.node, sphere);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! With the hyper boxes of `csg-graph-bounds` the same ray visits fewer nodes and has the same hit, to the last bit.
+//! [`render`] does this for all pixels.
+//!
+//! # Where things are
+//!
+//! The graph stays as it is; a [`Walk`] is what a thread needs to ask it. Colours are linear light. The world is
+//! right-handed, z up where nobody says otherwise. Nothing recurses on the machine stack, and the same input gives the same
+//! bytes on every machine and any number of threads.
+//!
+//! \[TRAX95\]: C. Traxler, M. Gervautz, *Calculation of Tight Bounding Volumes for Cyclic CSG-Graphs*, 1995.
+//! \[KAY86\]: T. L. Kay, J. T. Kajiya, *Ray tracing complex scenes*, 1986.
+//! \[HAIN19\]: E. Haines, J. Günther, T. Akenine-Möller, *Precision Improvements for Ray/Sphere Intersection*, 2019.
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+mod boolean;
+pub mod brute;
+mod camera;
+mod counters;
+mod film;
+mod light;
+mod ray;
+mod render;
+mod sampling;
+mod shade;
+pub mod shapes;
+mod slab;
+mod srgb;
+mod surface;
+mod view;
+mod walk;
+
+pub use camera::{Camera, CameraError, Lens};
+pub use counters::Counters;
+pub use film::Film;
+pub use light::{Light, LightSource};
+pub use ray::Ray;
+pub use render::{MAX_PIXELS, MAX_SAMPLES, RenderError, Settings, World, render};
+pub use surface::{Hit, Surface};
+pub use view::View;
+pub use walk::Walk;

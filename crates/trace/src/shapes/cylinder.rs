@@ -1,0 +1,28 @@
+//! The cylinder: a disc swept along z from 0 to 1.
+
+use glam::{DVec2, DVec3, Vec3Swizzles};
+
+use super::{End, Span, Spans, cube};
+use crate::Ray;
+
+pub(super) fn spans(ray: &Ray) -> Spans {
+    let (Some(mut span), Some(side)) = (cube::slab(ray, 2, 0.0, 1.0), side(ray)) else { return Spans::NONE };
+    span.clip(side);
+    Spans::from_convex(span)
+}
+
+/// The part of the line inside of the infinite cylinder: the sphere's construction, in the xy plane.
+fn side(ray: &Ray) -> Option<Span> {
+    let (origin, direction) = (ray.origin.xy(), ray.direction.xy());
+    let squared_length = direction.length_squared();
+    if squared_length == 0.0 {
+        return (origin.length_squared() < 1.0).then_some(Span::LINE);
+    }
+    let middle = -origin.dot(direction) / squared_length;
+    let closest: DVec2 = origin + direction * middle;
+    let squared_half = (1.0 - closest.length_squared()) / squared_length;
+    let end =
+        |offset: f64| End { t: middle + offset, normal: DVec3::from((closest + direction * offset, 0.0)) };
+    let half = squared_half.sqrt();
+    (squared_half > 0.0).then(|| Span { enter: end(-half), exit: end(half) })
+}

@@ -1,0 +1,135 @@
+//! Where a line is inside of a primitive, in the primitive's object frame C₀.
+//!
+//! Every shape answers for the whole line, t from −∞ to +∞, because a Boolean operator needs all of it: what lies behind
+//! the origin of a ray still decides what its first point is in. A convex shape has at most one span, a torus two.
+//!
+//! The numbers that come in are unpleasant. Deep in a recursion a ray starts at about its distance divided by scaleⁿ,
+//! 10¹⁰ object units away being ordinary, and the textbook discriminant b² − 4ac loses all its digits there. So each
+//! curved shape first moves the parameter to the ray's closest approach to the shape's centre or axis: that point has the
+//! rounding error of the origin, which nothing can undo, but no more \[HAIN19\]. Planes need no such care, and keeping
+//! `(offset − n·origin) / n·direction` as it is makes coincident faces of translated solids meet at equal t wherever the
+//! sums are exact.
+//!
+//! Directions must be neither so short nor so long that their squares leave the range of `f64`, about 10^±150; beyond, a
+//! shape is missed.
+
+mod cone;
+mod cube;
+mod cylinder;
+mod polytope;
+mod sphere;
+mod torus;
+
+use std::ops::Deref;
+
+use csg_graph::Primitive;
+use glam::DVec3;
+
+use crate::Ray;
+
+/// One end of a [`Span`]: where the line crosses the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct End {
+    /// The parameter of the line; infinite where an unbounded solid never ends.
+    pub t: f64,
+    /// The outward normal in the object frame, of any positive length.
+    pub normal: DVec3,
+}
+
+/// A part of a line that is inside of a solid: `enter.t < exit.t`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Span {
+    /// Where the line comes in.
+    pub enter: End,
+    /// Where it goes out.
+    pub exit: End,
+}
+
+impl Span {
+    /// The whole line.
+    const LINE: Self = Self {
+        enter: End { t: f64::NEG_INFINITY, normal: DVec3::ZERO },
+        exit: End { t: f64::INFINITY, normal: DVec3::ZERO },
+    };
+
+    /// Cuts off what comes before `end`.
+    fn clip_enter(&mut self, end: End) {
+        if end.t > self.enter.t {
+            self.enter = end;
+        }
+    }
+
+    /// Cuts off what comes after `end`.
+    fn clip_exit(&mut self, end: End) {
+        if end.t < self.exit.t {
+            self.exit = end;
+        }
+    }
+
+    /// Keeps what is in `other`, too.
+    fn clip(&mut self, other: Self) {
+        self.clip_enter(other.enter);
+        self.clip_exit(other.exit);
+    }
+}
+
+/// The spans of a line in one primitive: in order, apart from each other, none empty.
+#[derive(Clone, Copy, Debug)]
+pub struct Spans {
+    spans: [Span; 2],
+    count: usize,
+}
+
+impl Spans {
+    const NONE: Self = Self { spans: [Span::LINE; 2], count: 0 };
+
+    /// Adds a span behind the others, or to the last one if they touch. One without length is no span: a line that only
+    /// touches a solid misses it. Neither is one whose ends are no numbers.
+    fn push(&mut self, span: Span) {
+        if span.enter.t < span.exit.t {
+            match self.spans[..self.count].last_mut() {
+                Some(last) if last.exit.t >= span.enter.t => last.exit = span.exit,
+                _ => {
+                    self.spans[self.count] = span;
+                    self.count += 1;
+                }
+            }
+        }
+    }
+
+    fn from_convex(span: Span) -> Self {
+        let mut spans = Self::NONE;
+        spans.push(span);
+        spans
+    }
+}
+
+impl Deref for Spans {
+    type Target = [Span];
+
+    fn deref(&self) -> &[Span] {
+        &self.spans[..self.count]
+    }
+}
+
+/// The spans of the line of `ray` in `primitive`, both in the object frame.
+///
+/// A line that lies in a flat face counts as inside where the face is a minimum of its coordinate and as outside where it
+/// is a maximum, so that of two cubes stacked on each other exactly one has it. Faces of hulls have no such order; there
+/// it is outside.
+///
+/// # Panics
+/// If `csg-graph` has gained a primitive that this crate does not know.
+pub fn spans(primitive: &Primitive, ray: &Ray) -> Spans {
+    match primitive {
+        Primitive::Sphere => sphere::spans(ray),
+        Primitive::Cylinder => cylinder::spans(ray),
+        Primitive::Cone => cone::spans(ray, 0.0),
+        Primitive::Frustum { top } => cone::spans(ray, *top),
+        Primitive::Cube => cube::spans(ray),
+        Primitive::Torus { minor } => torus::spans(ray, *minor),
+        Primitive::Hull(hull) => polytope::hull_spans(ray, hull),
+        Primitive::HalfSpace => polytope::half_space_spans(ray),
+        other => unreachable!("{other:?} has no module here"),
+    }
+}

@@ -1,0 +1,59 @@
+//! Surfaces, which attribute nodes paint, and the hits that show them.
+
+use csg_graph::{AttributeTerm, NodeId};
+use glam::DVec3;
+
+/// The look of a surface. Carried down the graph like a transformation: an attribute node changes terms for all below it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// Colour, in linear light.
+    pub pigment: DVec3,
+    /// The part of the pigment that needs no light.
+    pub ambient: f64,
+    /// The part of the pigment that a light facing the surface adds.
+    pub diffuse: f64,
+    /// The strength of the highlight.
+    pub specular: f64,
+    /// The exponent of the highlight.
+    pub shininess: f64,
+}
+
+impl Default for Surface {
+    /// White and matt.
+    fn default() -> Self {
+        Self { pigment: DVec3::ONE, ambient: 0.2, diffuse: 0.8, specular: 0.0, shininess: 40.0 }
+    }
+}
+
+impl Surface {
+    /// Changes one term. One that means nothing to this crate is ignored.
+    pub fn set(&mut self, term: AttributeTerm, value: f64) {
+        match term {
+            AttributeTerm::Red => self.pigment.x = value,
+            AttributeTerm::Green => self.pigment.y = value,
+            AttributeTerm::Blue => self.pigment.z = value,
+            AttributeTerm::Ambient => self.ambient = value,
+            AttributeTerm::Diffuse => self.diffuse = value,
+            AttributeTerm::Specular => self.specular = value,
+            AttributeTerm::Shininess => self.shininess = value,
+            _ => {}
+        }
+    }
+}
+
+/// Where a ray meets the solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// The parameter of the ray, in units of its direction.
+    pub t: f64,
+    /// The point, in the world.
+    pub point: DVec3,
+    /// The outward normal of the solid in the world, of length 1. In a hole that was subtracted it points into the hole.
+    pub normal: DVec3,
+    /// The surface there. A hole has the surface of what was subtracted, where that has attributes of its own.
+    pub surface: Surface,
+    /// The primitive node whose surface it is.
+    pub node: NodeId,
+    /// The recursion depth: the number of S-nodes on the path to the primitive.
+    pub depth: u32,
+}

@@ -1,0 +1,159 @@
+//! What a picture shows: the shaded solid, the paper's colour plate, or what the tracer knows about it.
+//!
+//! Some views are relative to an extreme of the whole picture, such as its deepest recursion, which is known only when all
+//! rays are traced. So a pixel is first *exposed*: it sums what its samples contribute, and the extremes are noted. Then the
+//! picture is *developed*.
+
+use glam::DVec3;
+
+use crate::srgb;
+
+/// What a picture shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum View {
+    /// The solid in its colours and lights.
+    #[default]
+    Shaded,
+    /// The paper's colour plate: the shaded solid before a background that shows how deep in the recursion each ray was
+    /// turned away. Odd levels are red and even ones blue; deeper is brighter, the deepest of the picture at full
+    /// brightness; a ray that came to no recursion is black.
+    Plate,
+    /// The normal n, outward from the solid, as (n + 1) / 2 in the bytes of the picture. The background is black.
+    Normal,
+    /// The depth along the viewing direction: white is the nearest of the picture, dark grey the farthest, and the
+    /// background is black. Linear in the bytes of the picture.
+    Depth,
+    /// The tests of boxes and primitives that the pixel took, its shadow rays' among them, from black through red and
+    /// yellow to the most of the picture.
+    Cost,
+}
+
+/// What the samples of a pixel have contributed. Sums while it is exposed, and means afterwards.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Exposure {
+    /// What can be seen as it is.
+    light: DVec3,
+    /// What is relative to an extreme: for the plate, the levels that are odd and those that are even; for the depth view,
+    /// the depths of hits and their number; for the cost view, the tests.
+    gauges: [f64; 2],
+}
+
+impl Exposure {
+    /// A sample that has a colour of its own.
+    pub(crate) fn colour(&mut self, light: DVec3) {
+        self.light += light;
+    }
+
+    /// A sample of the plate's background.
+    pub(crate) fn missed(&mut self, level: u32, extremes: &mut Extremes) {
+        let is_even = usize::from(level.is_multiple_of(2));
+        let level = f64::from(level);
+        self.gauges[is_even] += level;
+        extremes.note(level);
+    }
+
+    /// A sample of the normal view.
+    pub(crate) fn normal(&mut self, normal: DVec3) {
+        self.light += (normal * 0.5 + 0.5).map(srgb::decode);
+    }
+
+    /// A sample of the depth view that is a hit.
+    pub(crate) fn depth(&mut self, depth: f64, extremes: &mut Extremes) {
+        self.gauges[0] += depth;
+        self.gauges[1] += 1.0;
+        extremes.note(depth);
+    }
+
+    /// The whole cost of the pixel.
+    pub(crate) fn cost(&mut self, tests: f64, extremes: &mut Extremes) {
+        self.gauges[0] = tests;
+        extremes.note(tests);
+    }
+
+    /// Turns sums over `samples` into what is kept of the pixel.
+    pub(crate) fn latent(&self, samples: f64) -> Latent {
+        let [red, green, blue] = (self.light / samples).to_array().map(narrow);
+        Latent { light: [red, green, blue], gauges: self.gauges.map(|gauge| narrow(gauge / samples)) }
+    }
+}
+
+/// An exposed pixel that waits for its development.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Latent {
+    light: [f32; 3],
+    gauges: [f32; 2],
+}
+
+/// The least and the greatest of what a view measures.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Extremes {
+    least: f64,
+    greatest: f64,
+}
+
+impl Extremes {
+    pub(crate) const NONE: Self = Self { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
+
+    fn note(&mut self, value: f64) {
+        *self = self.join(Self { least: value, greatest: value });
+    }
+
+    pub(crate) fn join(self, other: Self) -> Self {
+        Self { least: self.least.min(other.least), greatest: self.greatest.max(other.greatest) }
+    }
+}
+
+/// The plate's odd levels.
+const RED: DVec3 = DVec3::new(1.0, 0.05, 0.03);
+
+/// The plate's even levels.
+const BLUE: DVec3 = DVec3::new(0.08, 0.2, 1.0);
+
+/// How bright the farthest hit of the depth view is.
+const FARTHEST: f64 = 0.15;
+
+/// The colour scale of the cost view, encoded as sRGB: five points of the perceptually uniform scale "inferno" of
+/// matplotlib.
+const HEAT: [[f64; 3]; 5] =
+    [[0.0, 0.0, 4.0], [87.0, 16.0, 110.0], [188.0, 55.0, 84.0], [249.0, 142.0, 9.0], [252.0, 255.0, 164.0]];
+
+impl View {
+    /// The pixel in linear light, given the extremes of the whole picture.
+    pub(crate) fn develop(self, latent: &Latent, extremes: &Extremes) -> [f32; 3] {
+        let [first, second] = latent.gauges.map(f64::from);
+        let light = DVec3::from(latent.light.map(f64::from));
+        let developed = match self {
+            Self::Shaded | Self::Normal => light,
+            Self::Plate if extremes.greatest > 0.0 => {
+                light + (RED * first + BLUE * second) / extremes.greatest
+            }
+            Self::Plate => light,
+            Self::Depth => {
+                let range = extremes.greatest - extremes.least;
+                // How far the hits are behind the nearest one; flat pictures are all nearest.
+                let behind = if range > 0.0 { (first - second * extremes.least) / range } else { 0.0 };
+                DVec3::splat(srgb::decode(second - (1.0 - FARTHEST) * behind))
+            }
+            Self::Cost if extremes.greatest > 0.0 => heat(first / extremes.greatest),
+            Self::Cost => heat(0.0),
+        };
+        developed.to_array().map(narrow)
+    }
+}
+
+/// A colour for a value from 0 to 1, in linear light.
+fn heat(value: f64) -> DVec3 {
+    let segments = HEAT.windows(2).zip([0.0, 1.0, 2.0, 3.0]);
+    let position = value.clamp(0.0, 1.0) * 4.0;
+    let (ends, start) =
+        segments.take_while(|(_, start)| *start <= position).last().unwrap_or((&HEAT[..2], 0.0));
+    let [from, to] = [ends[0], ends[1]].map(|colour| DVec3::from(colour) / 255.0);
+    from.lerp(to, position - start).map(srgb::decode)
+}
+
+/// Colours are kept as `f32`, far finer than eyes and bytes.
+#[expect(clippy::cast_possible_truncation, reason = "rounding is meant")]
+fn narrow(value: f64) -> f32 {
+    value as f32
+}
