@@ -17,6 +17,10 @@
 //!   difference, whose box is the difference's.
 //! - Only an intersection needs stacks of its own: for each operand a new row of boxes, one for each T-node above, is
 //!   opened on top of the current one, and the two rows are intersected, frame by frame, into it.
+//! - Above an intersection, boxes through chains may be *larger* than boxes of boxes: two crossed rods have a small box
+//!   in common, whose image is small, but the images of the rods, turned by 45°, have large boxes with much in common.
+//!   Either box encloses the solid, so a T-node takes what is in both. That makes every box of this algorithm lie in the
+//!   conventional one.
 //! - The right operand of a difference shapes no box but those of its own nodes: its chains end at the operator node.
 //! - The box of a primitive in C₀ is its exact one, which its point set encloses.
 //! - Every box is rounded outward by what its chain may have rounded, see [`rounding`](crate::rounding).
@@ -121,9 +125,10 @@ impl<S: Scene> Method<S> for Chain<S::Map> {
         self.boxes.push(Aabb::EMPTY);
     }
 
-    fn leave(&mut self, _below: Aabb) -> Aabb {
-        self.maps.pop();
-        self.boxes.pop().expect("a T-node that ends has begun")
+    fn leave(&mut self, below: Aabb) -> Aabb {
+        let ended = self.maps.pop().zip(self.boxes.pop());
+        let ((parent_from_child, _), through_chains) = ended.expect("a T-node that ends has begun");
+        through_chains.intersect(below.image(&parent_from_child))
     }
 
     fn enter_left(&mut self) {

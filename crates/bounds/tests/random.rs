@@ -1,0 +1,168 @@
+//! What holds for every graph, tried on random ones.
+#![cfg(feature = "csg-graph")]
+
+mod common;
+
+use common::{Recipe, recipes, transforms, unfold, union_recipes};
+use csg_graph::{Graph, Primitive, PrimitiveKind, Transform};
+use csg_graph_bounds::{Aabb, EXCESS, HyperBoxes, Limits, Map, PointSet, Shape, chain, conventional};
+use glam::DVec3;
+use proptest::prelude::*;
+
+/// What the tests' own arithmetic may err, relative to the coordinates in play.
+const TOLERANCE: f64 = 1e-11;
+
+fn both(graph: &Graph) -> [HyperBoxes; 2] {
+    let limits = Limits::default();
+    [conventional(graph, &limits).unwrap(), chain(graph, &limits).unwrap()]
+}
+
+fn grown(bounds: Aabb, margin: f64) -> Aabb {
+    if bounds.is_empty() { bounds } else { Aabb::new(bounds.min - margin, bounds.max + margin) }
+}
+
+/// The largest coordinate that a box of the graph has, as a measure for rounding errors.
+fn scale(boxes: &HyperBoxes) -> f64 {
+    boxes
+        .nodes
+        .iter()
+        .filter(|b| !b.is_empty() && b.is_bounded())
+        .fold(1.0, |scale, b| b.min.abs().max(b.max.abs()).max_element().max(scale))
+}
+
+fn close(a: Aabb, b: Aabb, margin: f64) -> bool {
+    grown(a, margin).encloses(b) && grown(b, margin).encloses(a)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_point_escapes(recipe in recipes()) {
+        let graph = recipe.graph();
+        let tree = unfold(&graph, &graph.root_state());
+        for boxes in both(&graph) {
+            let margin = TOLERANCE * scale(&boxes);
+            let mut escaped = None;
+            let points = tree.sample(&mut |node, p| {
+                if !grown(boxes.nodes[node], margin).contains(p) {
+                    escaped = Some((node, p, boxes.nodes[node]));
+                }
+            });
+            prop_assert_eq!(escaped, None);
+            prop_assert!(points.iter().all(|p| grown(boxes.root, margin).contains(*p)));
+        }
+    }
+
+    #[test]
+    fn conventional_boxes_enclose_chain_boxes(recipe in recipes()) {
+        let [conventional, chain] = both(&recipe.graph());
+        let margin = TOLERANCE * scale(&conventional);
+        prop_assert!(grown(conventional.root, margin).encloses(chain.root));
+        for (outer, inner) in conventional.nodes.iter().zip(&chain.nodes) {
+            prop_assert!(grown(*outer, margin).encloses(*inner), "{outer:?} {inner:?}");
+        }
+    }
+
+    #[test]
+    fn chain_boxes_of_unions_are_tight(recipe in union_recipes()) {
+        let graph = recipe.graph();
+        let [_, chain] = both(&graph);
+        let margin = TOLERANCE * scale(&chain);
+        let tree = unfold(&graph, &graph.root_state());
+        let mut exact = vec![Aabb::EMPTY; graph.node_count()];
+        tree.visit(&mut |instance| exact[instance.node] = exact[instance.node].join(instance.exact_box()));
+        exact.push(tree.exact_box());
+        for (exact, found) in exact.iter().zip(chain.nodes.iter().chain([&chain.root])) {
+            prop_assert!(grown(*found, margin).encloses(*exact), "{found:?} {exact:?}");
+            if !exact.is_empty() {
+                let most = exact.size() * (1.0 + EXCESS) + margin;
+                prop_assert!(found.size().cmple(most).all(), "{found:?} {exact:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn tree_dag_and_cyclic_graph_have_the_same_boxes(recipe in recipes()) {
+        let cyclic = both(&recipe.graph());
+        for shared in [true, false] {
+            for (cyclic, acyclic) in cyclic.iter().zip(both(&recipe.acyclic(shared))) {
+                prop_assert_eq!(cyclic.root, acyclic.root);
+            }
+        }
+    }
+
+    #[test]
+    fn images_hold_the_primitive(
+        kind in common::primitives(),
+        maps in prop::collection::vec(transforms(), 0..12),
+    ) {
+        let common::Term::Primitive(kind, args) = kind else { unreachable!() };
+        let primitive = kind.evaluate(&args).unwrap();
+        let maps: Vec<Transform> = maps.iter().filter_map(|(kind, args)| kind.evaluate(args)).collect();
+        let PointSet::Points(points) = primitive.point_set() else { unreachable!() };
+        let image = |p: &DVec3| maps.iter().fold(*p, |p, map| Map::point(map, p));
+        let bounds = Aabb::from_points(points.iter().map(image));
+        let surface: Vec<_> = common::directions().map(|d| common::support_point(&primitive, d)).collect();
+        for p in surface.iter().map(image) {
+            let margin = TOLERANCE * (1.0 + bounds.size().max_element() + p.abs().max_element());
+            prop_assert!(grown(bounds, margin).contains(p));
+        }
+    }
+
+    #[test]
+    fn many_points_are_mapped_like_one((kind, args) in transforms(), p in prop::array::uniform3(-9.0..9.0)) {
+        let p = DVec3::from_array(p);
+        if let Some(map) = kind.evaluate(&args) {
+            let mut many = [p, 2.0 * p];
+            Map::points(&map, &mut many);
+            prop_assert!((many[0] - Map::point(&map, p)).abs().max_element() < 1e-13);
+            prop_assert!((many[1] - Map::point(&map, 2.0 * p)).abs().max_element() < 1e-13);
+        }
+    }
+}
+
+#[test]
+fn primitives_have_their_least_boxes() {
+    for kind in PrimitiveKind::ALL {
+        let args: &[f64] = match kind {
+            PrimitiveKind::Frustum => &[1.5],
+            PrimitiveKind::Torus => &[0.3],
+            PrimitiveKind::Hull => &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0],
+            _ => &[],
+        };
+        let primitive = kind.evaluate(args).unwrap();
+        if primitive == Primitive::HalfSpace {
+            assert_eq!(primitive.bounds(), Aabb::ALL);
+            assert_eq!(primitive.point_set(), PointSet::Unbounded);
+            continue;
+        }
+        let axes = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
+        let exact = Aabb::from_points(axes.map(|d| d * common::support_point(&primitive, d).dot(d).abs()));
+        let exact = Aabb::new(
+            DVec3::from_array(DVec3::AXES.map(|axis| common::support_point(&primitive, -axis).dot(axis))),
+            exact.max,
+        );
+        assert!(primitive.bounds().encloses(exact), "{kind:?}");
+        assert!(close(primitive.bounds(), exact, 1e-15), "{kind:?} {:?} {exact:?}", primitive.bounds());
+        // The point set stays within the box, which makes chain boxes lie in conventional ones.
+        let PointSet::Points(points) = primitive.point_set() else { panic!("{kind:?} is bounded") };
+        assert!(close(Aabb::from_points(points.iter().copied()), exact, 1e-14), "{kind:?}");
+    }
+}
+
+#[test]
+fn recipes_recurse() {
+    let step = common::Term::Operator(
+        csg_graph::Operator::Union,
+        Box::new(common::Term::Primitive(PrimitiveKind::Cube, vec![])),
+        Box::new(common::Term::Transform(
+            csg_graph::TransformKind::Move,
+            vec![3.0, 0.0, 0.0],
+            Box::new(common::Term::Again),
+        )),
+    );
+    let recipe = Recipe { n: 2, step, base: common::Term::Primitive(PrimitiveKind::Sphere, vec![]) };
+    let [boxes, _] = both(&recipe.graph());
+    assert!(close(boxes.root, Aabb::new(DVec3::NEG_ONE, DVec3::new(7.0, 1.0, 1.0)), 1e-12));
+}
