@@ -10,6 +10,16 @@ use glam::{DAffine3, DVec3, Vec3Swizzles};
 
 use crate::{Ray, shapes};
 
+/// Where a line meets the solid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// All boundaries of the solid, in order of t.
+    pub crossings: Vec<Crossing>,
+    /// The least distance, in t, between boundaries of primitives, whether or not they are boundaries of the solid. Where
+    /// it is of the size of rounding errors, chance decides which of two comes first.
+    pub clearance: f64,
+}
+
 /// A boundary of the solid on a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
@@ -19,41 +29,25 @@ pub struct Crossing {
     pub normal: DVec3,
     /// The primitive node whose surface it is.
     pub node: NodeId,
-    /// How far it is, in t, to the nearest other boundary of any primitive, whether or not of the solid. Where this is of
-    /// the size of rounding errors, which primitive comes first is chance.
-    pub clearance: f64,
 }
 
-/// All boundaries of the solid on the line of `ray`, in order of t.
-pub fn crossings(tree: &UnfoldedTree, ray: &Ray) -> Vec<Crossing> {
-    let mut candidates: Vec<Crossing> = tree.nodes().iter().flat_map(|node| boundaries(node, ray)).collect();
-    candidates.sort_by(|a, b| a.t.total_cmp(&b.t));
-    let ts: Vec<f64> = candidates.iter().map(|candidate| candidate.t).collect();
-    // Between the boundaries, and beyond the first and the last.
-    let middle = |index: usize| match (index.checked_sub(1).map(|before| ts[before]), ts.get(index)) {
-        (Some(before), Some(after)) => 0.5 * (before + after),
-        (None, Some(after)) => after - 1.0,
-        (Some(before), None) => before + 1.0,
-        (None, None) => 0.0,
-    };
-    let inside: Vec<bool> = (0..=ts.len()).map(|index| contains(tree, ray.at(middle(index)))).collect();
-    let mut found = Vec::new();
-    for (index, mut candidate) in candidates.into_iter().enumerate() {
-        if inside[index] == inside[index + 1] {
-            continue;
-        }
-        let leaving = inside[index];
-        if (candidate.normal.dot(ray.direction) > 0.0) != leaving {
-            candidate.normal = -candidate.normal;
-        }
-        let gaps = [
-            index.checked_sub(1).map(|before| candidate.t - ts[before]),
-            ts.get(index + 1).map(|t| t - candidate.t),
-        ];
-        candidate.clearance = gaps.into_iter().flatten().fold(f64::INFINITY, f64::min);
-        found.push(candidate);
-    }
-    found
+/// Where the whole line of `ray` meets the solid.
+pub fn line(tree: &UnfoldedTree, ray: &Ray) -> Line {
+    let mut boundaries: Vec<Crossing> = tree.nodes().iter().flat_map(|node| boundaries(node, ray)).collect();
+    boundaries.sort_by(|a, b| a.t.total_cmp(&b.t));
+    let ts: Vec<f64> = boundaries.iter().map(|boundary| boundary.t).collect();
+    let clearance = ts.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+    let before = ts.first().map(|t| t - 1.0);
+    let after = ts.last().map(|t| t + 1.0);
+    let middles = before.into_iter().chain(ts.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]))).chain(after);
+    let inside: Vec<bool> = middles.map(|t| contains(tree, ray.at(t))).collect();
+    let changes = boundaries.into_iter().zip(inside.windows(2)).filter(|(_, sides)| sides[0] != sides[1]);
+    let crossings = changes.map(|(boundary, sides)| {
+        let leaving = sides[0];
+        let turned = (boundary.normal.dot(ray.direction) > 0.0) != leaving;
+        Crossing { normal: if turned { -boundary.normal } else { boundary.normal }, ..boundary }
+    });
+    Line { crossings: crossings.collect(), clearance }
 }
 
 /// Whether a point of the world is inside of the solid.
@@ -106,13 +100,8 @@ fn boundaries(node: &UnfoldedNode, ray: &Ray) -> Vec<Crossing> {
     };
     let spans = shapes::spans(primitive, &object_ray);
     let ends = spans.iter().flat_map(|span| [span.enter, span.exit]).filter(|end| end.t.is_finite());
-    ends.map(|end| Crossing {
-        t: end.t,
-        normal: world_normal(&object_from_world, end.normal),
-        node: *node,
-        clearance: f64::INFINITY,
-    })
-    .collect()
+    ends.map(|end| Crossing { t: end.t, normal: world_normal(&object_from_world, end.normal), node: *node })
+        .collect()
 }
 
 fn world_normal(object_from_world: &DAffine3, normal: DVec3) -> DVec3 {

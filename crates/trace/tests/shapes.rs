@@ -95,9 +95,8 @@ proptest! {
                 continue;
             }
             let (point, normal) = (ray.at(t), normal.normalize());
-            let outward_along_ray = normal.dot(ray.direction);
-            prop_assert!(if index % 2 == 0 { outward_along_ray <= 1e-6 } else { outward_along_ray >= -1e-6 } ||
-                outward_along_ray.abs() < 1e-6 * ray.direction.length());
+            let outward = normal.dot(ray.direction.normalize()) * if index % 2 == 0 { -1.0 } else { 1.0 };
+            prop_assert!(outward > -1e-6, "{normal} at end {index}");
             // A step along the normal leaves the solid, one against it goes in. Next to an edge the solid is thin.
             let step = STEP * 1e-2;
             prop_assert!(!primitive_contains(&primitive, point + normal * step), "{point} is too deep");
@@ -136,38 +135,31 @@ proptest! {
     }
 
     #[test]
-    fn distance_costs_no_more_digits_than_the_origin_has(
-        primitive in primitive(), near in ray(), exponent in 0..10_i32,
-    ) {
+    fn distance_costs_no_more_digits_than_the_origin_has(near in ray(), exponent in 0..10_i32) {
         let unit = near.direction.normalize();
         let distance = (0..exponent).fold(1.0, |distance, _| distance * 10.0);
-        let near = Ray { direction: unit, ..near };
         let far = Ray { origin: near.origin - unit * distance, direction: unit };
-        let precision = 1e-14 * (10.0 + distance);
-        for (t, _) in ends(&primitive, &far) {
-            // On the surface: some point that close is inside and some is outside.
-            let point = far.at(t);
-            let step = 20.0 * precision;
-            let around: Vec<bool> = (-1..=1)
-                .flat_map(|x| (-1..=1).flat_map(move |y| (-1..=1).map(move |z| [x, y, z].map(f64::from))))
-                .map(|offset| primitive_contains(&primitive, point + DVec3::from(offset) * step))
-                .collect();
-            if t.is_finite() {
-                prop_assert!(around.contains(&false), "{point} is too deep from {distance}");
-                let thin = primitive_is_thin_at(&primitive, point, step);
-                prop_assert!(thin || around.contains(&true), "{point} is too high from {distance}");
+        let step = 2e-13 * (10.0 + distance);
+        for primitive in [
+            Primitive::Sphere,
+            Primitive::Cylinder,
+            Primitive::Frustum { top: 0.5 },
+            Primitive::Cube,
+            Primitive::Torus { minor: 0.25 },
+        ] {
+            for (t, _) in ends(&primitive, &far) {
+                // Some point that close is inside and some is outside.
+                let offsets = [-step, 0.0, step];
+                let around: Vec<bool> = offsets
+                    .into_iter()
+                    .flat_map(|x| offsets.into_iter().flat_map(move |y| offsets.map(|z| DVec3::new(x, y, z))))
+                    .map(|offset| primitive_contains(&primitive, far.at(t) + offset))
+                    .collect();
+                prop_assert!(around.contains(&false), "{primitive:?}: too deep from {distance}");
+                prop_assert!(around.contains(&true), "{primitive:?}: too high from {distance}");
             }
         }
     }
-}
-
-/// Near a sharp vertex or edge there may be no lattice point inside.
-fn primitive_is_thin_at(primitive: &Primitive, point: DVec3, step: f64) -> bool {
-    let deep = |scale: f64| primitive_contains(primitive, point - point * (scale * step));
-    matches!(
-        primitive,
-        Primitive::Hull(_) | Primitive::Cone | Primitive::Frustum { .. } | Primitive::Torus { .. }
-    ) && (step > 1e-3 || deep(20.0) || !deep(5.0))
 }
 
 fn ts(primitive: &Primitive, origin: [f64; 3], direction: [f64; 3]) -> Vec<f64> {
@@ -231,7 +223,7 @@ fn the_steep_the_parallel_and_the_flat_line_of_a_cone() {
     // Parallel to the mantle's line from (1, 0, 0) to the apex.
     close(ts(&cone, [0.5, 0.0, 0.0], [-1.0, 0.0, 1.0]), &[0.0, 0.75]);
     // Through the apex.
-    close(ts(&cone, [-1.0, 0.0, 2.0], [0.5, 0.0, -1.0]), &[1.0, 2.0]);
+    close(ts(&cone, [-0.5, 0.0, 2.0], [0.5, 0.0, -1.0]), &[1.0, 2.0]);
     close(ts(&cone, [-1.0, 0.0, 1.0], [1.0, 0.0, 0.0]), &[]);
     // The nappe beyond the apex is no part of it.
     close(ts(&cone, [-5.0, 0.0, 1.5], [1.0, 0.0, 0.0]), &[]);
