@@ -1,0 +1,173 @@
+//! Expressions: names become parameters, functions get their arguments.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use csg_graph::{Expr, Function, ParamId};
+
+use crate::names::{self, PI, nearest};
+use crate::syntax::{self, ExprId, SyntaxTree};
+use crate::{Diagnostic, Span};
+
+/// What the names in expressions mean.
+#[derive(Default)]
+pub(super) struct Scope<'t> {
+    params: BTreeMap<&'t str, ParamId>,
+    /// Parameters that expressions have read.
+    read: BTreeSet<ParamId>,
+    /// Parameters whose initial value is a mistake that has been reported.
+    poisoned: BTreeSet<ParamId>,
+    /// Names that have been reported as unknown.
+    reported: BTreeSet<String>,
+    /// Parameters that will be known further down.
+    later: BTreeSet<&'t str>,
+    /// Symbols and macros: known names, but not of numbers.
+    solids: BTreeSet<&'t str>,
+}
+
+impl<'t> Scope<'t> {
+    pub(super) fn note_solids(&mut self, names: impl Iterator<Item = &'t str>) {
+        self.solids.extend(names);
+    }
+
+    pub(super) fn note_later(&mut self, names: impl Iterator<Item = &'t str>) {
+        self.later.extend(names);
+    }
+
+    pub(super) fn declare(&mut self, name: &'t str, param: ParamId) {
+        self.later.remove(name);
+        self.params.insert(name, param);
+    }
+
+    pub(super) fn poison(&mut self, param: ParamId) {
+        self.poisoned.insert(param);
+    }
+
+    pub(super) fn get(&self, name: &str) -> Option<ParamId> {
+        self.params.get(name).copied()
+    }
+
+    pub(super) fn is_read(&self, param: ParamId) -> bool {
+        self.read.contains(&param)
+    }
+
+    /// Whether the value of an expression depends on a mistake that has been reported.
+    pub(super) fn is_poisoned(&self, expr: &Expr) -> bool {
+        expr.params().any(|param| self.poisoned.contains(&param))
+    }
+
+    pub(super) fn names(&self) -> impl Iterator<Item = &'t str> + '_ {
+        self.params.keys().copied()
+    }
+
+    /// Translates an expression, or reports why that is impossible.
+    ///
+    /// The expression may be of another tree than the names.
+    pub(super) fn expr(
+        &mut self,
+        tree: &SyntaxTree,
+        id: ExprId,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Expr> {
+        let all = tree.subexprs(id);
+        let first = all.clone().next().map_or(0, ExprId::index);
+        // The translations of the nodes that are still to become part of another one.
+        let mut done: Vec<Option<Expr>> = Vec::with_capacity(id.index() - first + 1);
+        for node in all {
+            let mut take = |part: ExprId| done[part.index() - first].take();
+            let span = tree.expr_span(node);
+            let translated = match tree.expr(node) {
+                syntax::Expr::Number(value) => Some(Expr::from(*value)),
+                syntax::Expr::Name => self.name(tree.text(span), span, diagnostics),
+                syntax::Expr::Unary(operator, a) => take(*a).map(|a| Expr::unary(*operator, a)),
+                syntax::Expr::Binary(operator, a, b) => match (take(*a), take(*b)) {
+                    (Some(a), Some(b)) => Some(Expr::binary(*operator, a, b)),
+                    _ => None,
+                },
+                syntax::Expr::Call { name, args } => {
+                    let values: Vec<_> = args.iter().map(|arg| take(*arg)).collect();
+                    call(tree.text(*name), *name, span, values, diagnostics)
+                }
+                syntax::Expr::Parenthesised(inside) => take(*inside),
+                syntax::Expr::Tuple(items) => {
+                    let message = format!("{} numbers in parentheses where one is expected", items.len());
+                    diagnostics.push(Diagnostic::error(span, message).label("expected a number").help(
+                        "points are arguments of `rot`, `matrix` and `hull`, and fields of scene blocks",
+                    ));
+                    None
+                }
+                syntax::Expr::Missing => None,
+            };
+            done.push(translated);
+        }
+        done.pop().flatten()
+    }
+
+    fn name(&mut self, name: &str, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Expr> {
+        if name == PI {
+            return Some(Expr::from(std::f64::consts::PI));
+        }
+        if let Some(param) = self.get(name) {
+            self.read.insert(param);
+            return Some(Expr::from(param));
+        }
+        if self.reported.insert(name.to_owned()) {
+            diagnostics.push(self.unknown(name, span));
+        }
+        None
+    }
+
+    fn unknown(&self, name: &str, span: Span) -> Diagnostic {
+        if self.solids.contains(name) || names::is_built_in(name) {
+            return Diagnostic::error(
+                span,
+                format!("`{name}` is a solid or belongs to one, and not a number"),
+            )
+            .label("expected a number");
+        }
+        let help = if self.later.contains(name) {
+            format!("`{name}` is set further down; initial values are evaluated in order")
+        } else if let Some(function) = Function::named(name) {
+            format!("`{name}` is a function: write `{}`", function.signature())
+        } else if let Some(known) = nearest(name, self.names().chain([PI])) {
+            format!("did you mean `{known}`?")
+        } else {
+            format!("parameters are set between the first braces of the file: `{{ {name} = 1; }}`")
+        };
+        Diagnostic::error(span, format!("unknown parameter `{name}`")).label("unknown").help(help)
+    }
+}
+
+fn call(
+    name: &str,
+    name_span: Span,
+    span: Span,
+    args: Vec<Option<Expr>>,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<Expr> {
+    let Some(function) = Function::named(name) else {
+        let help = match nearest(name, names::functions()) {
+            Some(known) => format!("did you mean `{known}`?"),
+            None => format!("the functions are {}", names::functions().collect::<Vec<_>>().join(", ")),
+        };
+        let report = Diagnostic::error(name_span, format!("unknown function `{name}`"));
+        diagnostics.push(report.label("unknown").help(help));
+        return None;
+    };
+    if args.len() != function.arity() {
+        let message = format!("`{name}` takes {}, not {}", count(function.arity(), "argument"), args.len());
+        let help = format!("`{}` is {}", function.signature(), function.summary());
+        diagnostics.push(Diagnostic::error(span, message).label(format!("{} here", args.len())).help(help));
+        return None;
+    }
+    let args: Option<Vec<_>> = args.into_iter().collect();
+    args.map(|args| Expr::call(function, args))
+}
+
+/// `1 argument`, `2 arguments`
+pub(super) fn count(count: usize, noun: &str) -> String {
+    match count {
+        0 => format!("no {noun}s"),
+        1 => format!("1 {noun}"),
+        _ => format!("{count} {noun}s"),
+    }
+}

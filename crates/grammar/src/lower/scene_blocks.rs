@@ -1,0 +1,215 @@
+//! Scene blocks become a [`Look`].
+
+use glam::DVec3;
+
+use super::Lowering;
+use crate::look::{Camera, Image, Light, LightSource, Look};
+use crate::names::nearest;
+use crate::syntax::{self, Assignment, ExprId, Item, SceneBlock};
+use crate::{Diagnostic, Span};
+
+/// The most pixels that a side of a picture may have.
+const SIDE: u32 = 65_536;
+/// The most rays a pixel.
+const SAMPLES: u32 = 65_536;
+
+impl Lowering<'_> {
+    pub(super) fn scene_blocks(&mut self) -> Look {
+        let tree = self.tree;
+        let mut look = Look::default();
+        let mut seen: Vec<(&str, Span)> = Vec::new();
+        for item in tree.items() {
+            let Item::Scene(block) = item else { continue };
+            let name = tree.text(block.name);
+            match seen.iter().find(|(known, _)| *known == name && name != "light") {
+                Some((_, first)) => {
+                    let report = Diagnostic::error(block.name, format!("there are two blocks `{name}`"));
+                    self.diagnostics.push(report.label("the second").also(*first, "the first"));
+                }
+                None => seen.push((name, block.name)),
+            }
+            match name {
+                "camera" => look.camera = self.camera(block),
+                "light" => look.lights.extend(self.light(block)),
+                "background" => {
+                    let mut fields = self.fields(block, &["color"]);
+                    look.background = fields.take("color").and_then(|field| self.color(field));
+                }
+                "image" => look.image = self.image(block),
+                // The parser has reported it.
+                _ => {}
+            }
+        }
+        look
+    }
+
+    fn camera(&mut self, block: &SceneBlock) -> Camera {
+        let mut fields = self.fields(block, &["eye", "target", "up", "fov"]);
+        let eye = fields.take("eye").and_then(|field| self.point(field));
+        let target = fields.take("target").and_then(|field| self.point(field));
+        let up = fields.take("up").and_then(|field| self.direction(field));
+        let fov = fields.take("fov").and_then(|field| {
+            self.number_where(field, "an angle between 0 and 180 degrees", |fov| fov > 0.0 && fov < 180.0)
+        });
+        if let (Some(eye), Some(target)) = (eye, target)
+            && eye == target
+        {
+            let message = "the camera looks at the point where it is";
+            let report = Diagnostic::error(block.name, message).label("`eye` and `target` are the same");
+            self.diagnostics.push(report);
+        }
+        Camera { eye, target, up, fov }
+    }
+
+    fn light(&mut self, block: &SceneBlock) -> Option<Light> {
+        let mut fields = self.fields(block, &["position", "direction", "color", "shadow"]);
+        let (position, direction) = (fields.take("position"), fields.take("direction"));
+        let color = fields.take("color").map(|field| self.color(field));
+        let shadow = fields
+            .take("shadow")
+            .map(|field| self.number_where(field, "1 or 0", |shadow| shadow == 0.0 || shadow == 1.0));
+        let help =
+            "`position = (x, y, z)` is a point, `direction = (x, y, z)` the way in which the light travels";
+        let source = match (position, direction) {
+            (Some(field), None) => self.point(field).map(LightSource::Position),
+            (None, Some(field)) => self.direction(field).map(LightSource::Direction),
+            (None, None) => {
+                let report =
+                    Diagnostic::error(block.name, "the light has neither a position nor a direction");
+                self.diagnostics.push(report.label("where does it come from?").help(help));
+                None
+            }
+            (Some(position), Some(direction)) => {
+                let report = Diagnostic::error(direction.name, "the light has a position and a direction");
+                let report = report.label("a direction here").also(position.name, "a position here");
+                self.diagnostics.push(report.help(help));
+                None
+            }
+        };
+        Some(Light {
+            source: source?,
+            color: color.map_or(Some(DVec3::ONE), |color| color)?,
+            shadow: shadow.map_or(Some(1.0), |shadow| shadow)? != 0.0,
+        })
+    }
+
+    fn image(&mut self, block: &SceneBlock) -> Image {
+        let mut fields = self.fields(block, &["width", "height", "samples"]);
+        let mut whole = |name, most| fields.take(name).and_then(|field| self.whole(field, most));
+        Image {
+            width: whole("width", SIDE),
+            height: whole("height", SIDE),
+            samples: whole("samples", SAMPLES),
+        }
+    }
+
+    /// The fields of a block, after those that it cannot have were reported.
+    fn fields(&mut self, block: &SceneBlock, known: &[&str]) -> Fields {
+        let tree = self.tree;
+        let mut fields = Fields(Vec::new());
+        for field in &block.fields.assignments {
+            let name = tree.text(field.name);
+            if !known.contains(&name) {
+                let help = match nearest(name, known.iter().copied()) {
+                    Some(known) => format!("did you mean `{known}`?"),
+                    None => format!("it has {}", known.join(", ")),
+                };
+                let message = format!("`{}` has no field `{name}`", tree.text(block.name));
+                self.diagnostics.push(Diagnostic::error(field.name, message).label("unknown").help(help));
+            } else if let Some((_, first)) = fields.0.iter().find(|(known, _)| known == name) {
+                let report = Diagnostic::error(field.name, format!("`{name}` is set twice"));
+                self.diagnostics.push(report.label("the second").also(first.name, "the first"));
+            } else {
+                fields.0.push((name.to_owned(), *field));
+            }
+        }
+        fields
+    }
+
+    fn point(&mut self, field: Assignment) -> Option<DVec3> {
+        self.triple(field, "a point", "finite", |_| true)
+    }
+
+    fn direction(&mut self, field: Assignment) -> Option<DVec3> {
+        self.triple(field, "a direction", "not zero", |direction| direction.try_normalize().is_some())
+    }
+
+    fn color(&mut self, field: Assignment) -> Option<DVec3> {
+        self.triple(field, "a colour", "not negative", |color| color.min_element() >= 0.0)
+    }
+
+    fn triple(
+        &mut self,
+        field: Assignment,
+        what: &str,
+        condition: &str,
+        sound: impl Fn(DVec3) -> bool,
+    ) -> Option<DVec3> {
+        let tree = self.tree;
+        let span = tree.expr_span(field.value);
+        let items = match tree.expr(field.value) {
+            syntax::Expr::Tuple(items) => items.as_slice(),
+            syntax::Expr::Missing => return None,
+            _ => &[],
+        };
+        let [x, y, z] = *items else {
+            let name = tree.text(field.name);
+            let letters = if what == "a colour" { "(r, g, b)" } else { "(x, y, z)" };
+            self.diagnostics.push(
+                Diagnostic::error(span, format!("`{name}` is {what}, three numbers in parentheses"))
+                    .label(format!("expected `{letters}`")),
+            );
+            return None;
+        };
+        let [x, y, z] = [x, y, z].map(|item| self.value(item));
+        let triple = DVec3::new(x?, y?, z?);
+        if triple.is_finite() && sound(triple) {
+            return Some(triple);
+        }
+        let message = format!("`{}` is {what} and must be {condition}", tree.text(field.name));
+        let label = format!("({}, {}, {})", triple.x, triple.y, triple.z);
+        self.diagnostics.push(Diagnostic::error(span, message).label(label));
+        None
+    }
+
+    fn number_where(&mut self, field: Assignment, what: &str, sound: impl Fn(f64) -> bool) -> Option<f64> {
+        let value = self.value(field.value)?;
+        if sound(value) {
+            return Some(value);
+        }
+        let message = format!("`{}` is {what}, not {value}", self.tree.text(field.name));
+        let span = self.tree.expr_span(field.value);
+        self.diagnostics.push(Diagnostic::error(span, message).label(format!("{value}")));
+        None
+    }
+
+    fn whole(&mut self, field: Assignment, most: u32) -> Option<u32> {
+        let what = format!("a whole number from 1 to {most}");
+        let in_range = |value: f64| value >= 1.0 && value <= f64::from(most) && value.fract() == 0.0;
+        let value = self.number_where(field, &what, in_range)?;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked to be whole and in range"
+        )]
+        Some(value as u32)
+    }
+
+    fn value(&mut self, id: ExprId) -> Option<f64> {
+        let expr = self.scope.expr(self.tree, id, &mut self.diagnostics)?;
+        let mut reports = Vec::new();
+        let value = self.evaluate("the value", &expr, self.tree.expr_span(id), &mut reports);
+        self.diagnostics.extend(reports);
+        value
+    }
+}
+
+/// The fields of one block, each to be taken once.
+struct Fields(Vec<(String, Assignment)>);
+
+impl Fields {
+    fn take(&mut self, name: &str) -> Option<Assignment> {
+        let at = self.0.iter().position(|(known, _)| known == name)?;
+        Some(self.0.swap_remove(at).1)
+    }
+}

@@ -1,0 +1,98 @@
+//! What names mean, and which known name an unknown one was probably meant to be.
+
+use csg_graph::{Function, PrimitiveKind, TransformKind};
+
+/// The prefix that sets the pigment.
+pub(crate) const COLOR: &str = "color";
+/// The prefix that sets how a surface takes light.
+pub(crate) const MATERIAL: &str = "material";
+/// The signatures of the attributes, for messages.
+pub(crate) const COLOR_SIGNATURE: &str = "color(r, g, b)";
+/// The constant.
+pub(crate) const PI: &str = "pi";
+/// The scene blocks.
+pub(crate) const BLOCKS: [&str; 4] = ["camera", "light", "background", "image"];
+
+/// Whether a name stands before a factor.
+pub(crate) fn is_prefix(name: &str) -> bool {
+    TransformKind::named(name).is_some() || name == COLOR || name == MATERIAL
+}
+
+/// Whether the language gives a name its meaning among solids, so that no symbol and no macro can have it.
+pub(crate) fn is_built_in(name: &str) -> bool {
+    is_prefix(name) || PrimitiveKind::named(name).is_some()
+}
+
+/// The prefixes.
+pub(crate) fn prefixes<'a>() -> impl Iterator<Item = &'a str> {
+    TransformKind::ALL.iter().map(|kind| kind.name()).chain([COLOR, MATERIAL])
+}
+
+/// The primitives.
+pub(crate) fn primitives<'a>() -> impl Iterator<Item = &'a str> {
+    PrimitiveKind::ALL.iter().map(|kind| kind.name())
+}
+
+/// The functions.
+pub(crate) fn functions<'a>() -> impl Iterator<Item = &'a str> {
+    Function::ALL.iter().map(|function| function.name())
+}
+
+/// What other programs call the things of this language.
+const ELSEWHERE: [(&str, &str); 18] = [
+    ("translate", "move"),
+    ("rotate", "rot"),
+    ("rotatex", "rotx"),
+    ("rotatey", "roty"),
+    ("rotatez", "rotz"),
+    ("mirror", "flipyz"),
+    ("colour", "color"),
+    ("pigment", "color"),
+    ("texture", "material"),
+    ("box", "cube"),
+    ("ball", "sphere"),
+    ("plane", "halfspace"),
+    ("prism", "hull"),
+    ("polyhedron", "hull"),
+    ("log", "ln"),
+    ("mod", "%"),
+    ("lerp", "mix"),
+    ("background_color", "background"),
+];
+
+/// The candidate that `name` is most likely a slip of: the nearest in edits, if that is near. The first of equals wins.
+pub(crate) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let lower = name.to_lowercase();
+    let elsewhere = ELSEWHERE.iter().find(|(other, _)| *other == lower).map(|(_, ours)| *ours);
+    let tolerance = match name.chars().count() {
+        0..=1 => 0,
+        2..=5 => 1,
+        6..=8 => 2,
+        _ => 3,
+    };
+    candidates
+        .into_iter()
+        .filter_map(|candidate| {
+            let same = candidate.to_lowercase() == lower || elsewhere == Some(candidate);
+            let distance = if same { 0 } else { strsim::osa_distance(name, candidate) };
+            (distance <= tolerance).then_some((distance, candidate))
+        })
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, candidate)| candidate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::nearest;
+
+    #[test]
+    fn slips_are_recognised_and_other_words_are_not() {
+        let known = ["sphere", "cylinder", "move", "n", "cnt"];
+        assert_eq!(nearest("spheer", known), Some("sphere"));
+        assert_eq!(nearest("ctn", known), Some("cnt"));
+        assert_eq!(nearest("CNT", known), Some("cnt"));
+        assert_eq!(nearest("translate", known), Some("move"));
+        assert_eq!(nearest("leaf", known), None);
+        assert_eq!(nearest("m", known), None);
+    }
+}
