@@ -1,0 +1,249 @@
+//! Pictures: light and shadow, views, and the same bytes whatever happens around them.
+
+use std::sync::Mutex;
+
+use csg_graph::{AttributeTerm, Expr, Graph, GraphBuilder, Operator, PrimitiveKind, TransformKind};
+use csg_graph_bounds::{HyperBoxes, Limits, chain, conventional};
+use csg_graph_trace::{
+    Camera, Film, Light, LightSource, MAX_PIXELS, RenderError, Settings, View, World, render,
+};
+use glam::DVec3;
+
+const SETTINGS: Settings = Settings { width: 64, height: 48, samples: 1, view: View::Shaded };
+
+/// A tower of `levels` bitten cubes, each turned and 0.7 times as large as the one below.
+fn tower(levels: f64) -> Graph {
+    let mut builder = GraphBuilder::new();
+    let n = builder.param("n", levels);
+    let symbol = builder.symbol("TOWER");
+    let cube = builder.primitive(PrimitiveKind::Cube, []);
+    let ball = builder.primitive(PrimitiveKind::Sphere, []);
+    let bite = builder.transform(TransformKind::Move, [1.0, -1.0, 0.5].map(Expr::from), ball);
+    let bitten = builder.operator(Operator::Difference, cube, bite);
+    let colour = [Expr::from(n) / levels, 0.5.into(), 0.2.into()];
+    let painted = builder.attribute(AttributeTerm::COLOR.into_iter().zip(colour), bitten);
+    let smaller = builder.transform(TransformKind::UScale, [0.7.into()], symbol);
+    let turned = builder.transform(TransformKind::RotZ, [33.0.into()], smaller);
+    let raised = builder.transform(TransformKind::Move, [0.0, 0.0, 1.7].map(Expr::from), turned);
+    let rest = builder.calculate([(n, Expr::from(n) - 1.0)], raised);
+    let both = builder.operator(Operator::Union, painted, rest);
+    builder.rules(symbol, Some(Expr::choose(Expr::from(n).gt(1.0), 2.0, 1.0)), [painted, both]);
+    builder.finish(symbol).unwrap()
+}
+
+fn world<'a>(graph: &'a Graph, boxes: &'a HyperBoxes) -> World<'a> {
+    let camera = Camera::framing(&boxes.root, Camera::DEFAULT_FOV, 4.0 / 3.0);
+    let lights = vec![Light::over_shoulder(&camera)];
+    World { graph, boxes: Some(boxes), camera, lights, background: World::DEFAULT_BACKGROUND }
+}
+
+fn picture(world: &World<'_>, settings: &Settings) -> Film {
+    render(world, settings, &|_, _| {}).unwrap().0
+}
+
+fn pixel(film: &Film, x: usize, y: usize) -> DVec3 {
+    DVec3::from(film.pixels()[y * film.width() as usize + x].map(f64::from))
+}
+
+#[test]
+fn threads_and_boxes_change_no_byte() {
+    let graph = tower(6.0);
+    let boxes =
+        [conventional(&graph, &Limits::default()).unwrap(), chain(&graph, &Limits::default()).unwrap()];
+    let settings = Settings { width: 70, height: 37, samples: 3, ..SETTINGS };
+    let boxes_of_camera = boxes[1].clone();
+    let run = |threads: usize, boxes: Option<&HyperBoxes>, view: View| {
+        let world = World { boxes, ..world(&graph, &boxes_of_camera) };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let (film, counters) =
+            pool.install(|| render(&world, &Settings { view, ..settings }, &|_, _| {})).unwrap();
+        (film.to_srgb8(), counters)
+    };
+    let expected = run(1, Some(&boxes[1]), View::Shaded);
+    assert_eq!(run(3, Some(&boxes[1]), View::Shaded), expected);
+    let conventional = run(2, Some(&boxes[0]), View::Shaded);
+    let none = run(2, None, View::Shaded);
+    assert!(conventional.0 == expected.0 && none.0 == expected.0);
+    assert!(expected.1.primitive_tests <= conventional.1.primitive_tests);
+    assert!(conventional.1.primitive_tests < none.1.primitive_tests);
+    assert_eq!(none.1.box_tests, 0);
+    for view in [View::Plate, View::Normal, View::Depth, View::Cost] {
+        assert_eq!(run(1, Some(&boxes[1]), view), run(3, Some(&boxes[1]), view), "{view:?}");
+    }
+}
+
+#[test]
+fn progress_counts_all_pixels() {
+    let graph = tower(2.0);
+    let boxes = chain(&graph, &Limits::default()).unwrap();
+    let calls = Mutex::new(Vec::new());
+    render(&world(&graph, &boxes), &SETTINGS, &|done, total| calls.lock().unwrap().push((done, total)))
+        .unwrap();
+    let mut calls = calls.into_inner().unwrap();
+    calls.sort_unstable();
+    assert_eq!(calls.len(), 12, "one a tile");
+    assert_eq!(calls.last(), Some(&(64 * 48, 64 * 48)));
+}
+
+/// A ball above a floor, seen from above, under one light.
+fn ball_and_floor(source: LightSource, shadow: bool) -> Film {
+    let mut builder = GraphBuilder::new();
+    let ball = builder.primitive(PrimitiveKind::Sphere, []);
+    let ball = builder.transform(TransformKind::Move, [0.0, 0.0, 3.0].map(Expr::from), ball);
+    let cube = builder.primitive(PrimitiveKind::Cube, []);
+    let floor = builder.transform(TransformKind::Scale, [10.0, 10.0, 1.0].map(Expr::from), cube);
+    let floor = builder.transform(TransformKind::Move, [0.0, 0.0, -1.0].map(Expr::from), floor);
+    let both = builder.operator(Operator::Union, floor, ball);
+    let graph = builder.finish(both).unwrap();
+    let boxes = chain(&graph, &Limits::default()).unwrap();
+    let camera = Camera { eye: DVec3::new(0.0, -6.0, 9.0), target: DVec3::ZERO, up: DVec3::Z, fov: 90.0 };
+    let lights = vec![Light { source, colour: DVec3::ONE, shadow }];
+    let world = World { lights, camera, ..world(&graph, &boxes) };
+    picture(&world, &Settings { width: 65, height: 65, ..SETTINGS })
+}
+
+#[test]
+fn the_plain_form_of_shading() {
+    let light = DVec3::new(4.0, 0.0, 8.0);
+    for (source, shadow) in [
+        (LightSource::Point(light), true),
+        (LightSource::Point(light), false),
+        (LightSource::Directional(DVec3::new(-1.0, 0.0, -2.0)), true),
+    ] {
+        let film = ball_and_floor(source, shadow);
+        let camera = Camera { eye: DVec3::new(0.0, -6.0, 9.0), target: DVec3::ZERO, up: DVec3::Z, fov: 90.0 };
+        let lens = camera.lens(65, 65).unwrap();
+        let (mut dark, mut lit) = (0, 0);
+        for (x, y) in (0..65).flat_map(|y| (0..65).map(move |x| (x, y))) {
+            // The floor, where the ball does not hide it.
+            let ray = lens.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let point = ray.at(-ray.origin.z / ray.direction.z);
+            let off_ball = |origin: DVec3, direction: DVec3| {
+                let to_ball = DVec3::new(0.0, 0.0, 3.0) - origin;
+                let direction = direction.normalize();
+                (to_ball - direction * to_ball.dot(direction)).length()
+            };
+            if ray.direction.z >= 0.0
+                || point.abs().max_element() > 9.5
+                || off_ball(ray.origin, ray.direction) < 1.0
+            {
+                continue;
+            }
+            let to_light = match source {
+                LightSource::Point(position) => position - point,
+                LightSource::Directional(direction) => -direction,
+            };
+            let distance_to_ball = off_ball(point, to_light);
+            if (distance_to_ball - 1.0).abs() < 1e-6 {
+                continue;
+            }
+            let visible = !shadow || distance_to_ball > 1.0;
+            *(if visible { &mut lit } else { &mut dark }) += 1;
+            let expected = 0.2 + if visible { 0.8 * to_light.normalize().z } else { 0.0 };
+            let found = film.pixels()[(y * 65 + x) as usize];
+            assert!((f64::from(found[0]) - expected).abs() < 1e-6, "{found:?} for {expected} at {point}");
+        }
+        assert!(lit > 500 && (dark > 20) == shadow, "{lit} lit, {dark} dark");
+    }
+}
+
+#[test]
+fn a_light_under_the_floor_lights_nothing() {
+    let film = ball_and_floor(LightSource::Point(DVec3::new(0.0, 0.0, -50.0)), false);
+    assert!((pixel(&film, 32, 64).x - 0.2).abs() < 1e-6);
+}
+
+#[test]
+fn highlights_are_where_the_mirror_image_is() {
+    let graph = |specular: f64| {
+        let mut builder = GraphBuilder::new();
+        let ball = builder.primitive(PrimitiveKind::Sphere, []);
+        let terms = [(AttributeTerm::Specular, specular.into()), (AttributeTerm::Diffuse, 0.0.into())];
+        let shiny = builder.attribute(terms, ball);
+        builder.finish(shiny).unwrap()
+    };
+    let camera = Camera { eye: DVec3::new(0.0, -5.0, 0.0), target: DVec3::ZERO, up: DVec3::Z, fov: 40.0 };
+    let light =
+        Light { source: LightSource::Point(camera.eye), colour: DVec3::new(1.0, 0.5, 0.0), shadow: true };
+    let [dull, shiny] = [0.0, 0.6].map(|specular| {
+        let graph = graph(specular);
+        let boxes = chain(&graph, &Limits::default()).unwrap();
+        let world = World { camera, lights: vec![light], ..world(&graph, &boxes) };
+        picture(&world, &Settings { width: 65, height: 65, ..SETTINGS })
+    });
+    let added = pixel(&shiny, 32, 32) - pixel(&dull, 32, 32);
+    assert!(added.distance(DVec3::new(0.6, 0.3, 0.0)) < 1e-6, "{added}");
+    assert_eq!(pixel(&shiny, 48, 32), pixel(&dull, 48, 32).max(pixel(&shiny, 48, 32)), "less beside it");
+    assert!((pixel(&shiny, 48, 32) - pixel(&dull, 48, 32)).x < 0.1);
+}
+
+#[test]
+fn samples_soften_edges_and_leave_the_rest() {
+    let film = |samples| {
+        let graph = tower(1.0);
+        let boxes = chain(&graph, &Limits::default()).unwrap();
+        picture(&world(&graph, &boxes), &Settings { samples, view: View::Normal, ..SETTINGS })
+    };
+    let [sharp, soft] = [film(1), film(9)];
+    let pairs = sharp.pixels().iter().zip(soft.pixels());
+    let changed = pairs.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 1e-3)).count();
+    assert!(changed > 30 && changed < sharp.pixels().len() / 3, "{changed} pixels changed");
+}
+
+#[test]
+fn the_plate_shows_levels_in_alternating_colours() {
+    let graph = tower(8.0);
+    let boxes = chain(&graph, &Limits::default()).unwrap();
+    let film = picture(&world(&graph, &boxes), &Settings { view: View::Plate, ..SETTINGS });
+    let shaded = picture(&world(&graph, &boxes), &SETTINGS);
+    assert_eq!(pixel(&film, 0, 0), DVec3::ZERO, "a ray that misses the whole");
+    let sky: Vec<f64> = World::DEFAULT_BACKGROUND.to_array().to_vec();
+    let (mut reds, mut blues, mut brightest) = (0, 0, 0.0_f64);
+    for (plate, shaded) in film.pixels().iter().zip(shaded.pixels()) {
+        if shaded.iter().zip(&sky).any(|(a, b)| (f64::from(*a) - b).abs() > 1e-6) {
+            assert_eq!(plate, shaded, "hits are shaded");
+            continue;
+        }
+        reds += usize::from(plate[0] > plate[2]);
+        blues += usize::from(plate[2] > plate[0]);
+        brightest = brightest.max(f64::from(plate[0].max(plate[2])));
+    }
+    assert!(reds > 20 && blues > 20, "{reds} red, {blues} blue");
+    assert!((brightest - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn depth_and_normals_are_linear_in_bytes() {
+    let mut builder = GraphBuilder::new();
+    let cube = builder.primitive(PrimitiveKind::Cube, []);
+    let graph = builder.finish(cube).unwrap();
+    let boxes = chain(&graph, &Limits::default()).unwrap();
+    let camera = Camera { eye: DVec3::new(0.0, -5.0, 0.0), target: DVec3::ZERO, up: DVec3::Z, fov: 40.0 };
+    let world = World { camera, ..world(&graph, &boxes) };
+    let size = Settings { width: 33, height: 33, ..SETTINGS };
+    let bytes = |view| picture(&world, &Settings { view, ..size }).to_srgb8();
+    let middle = 3 * (16 * 33 + 16);
+    assert_eq!(bytes(View::Normal)[middle..middle + 3], [128, 0, 128]);
+    assert_eq!(bytes(View::Normal)[..3], [0, 0, 0]);
+    // One face, all at one depth: all nearest.
+    assert_eq!(bytes(View::Depth)[middle..middle + 3], [255, 255, 255]);
+    assert_eq!(bytes(View::Depth)[..3], [0, 0, 0]);
+    let cost = bytes(View::Cost);
+    assert!(cost[middle] > cost[0], "a hit costs more than a miss");
+}
+
+#[test]
+fn what_cannot_be_rendered_is_refused() {
+    let graph = tower(1.0);
+    let boxes = chain(&graph, &Limits::default()).unwrap();
+    let world = world(&graph, &boxes);
+    let refused = |world: &World<'_>, settings: Settings| render(world, &settings, &|_, _| {}).unwrap_err();
+    for [width, height] in [[0, 5], [5, 0], [u32::MAX, u32::MAX], [8193, 8192]] {
+        let error = refused(&world, Settings { width, height, ..SETTINGS });
+        assert_eq!(error, RenderError::Size { width, height });
+        assert!(error.to_string().contains(&MAX_PIXELS.to_string()));
+    }
+    assert_eq!(refused(&world, Settings { samples: 0, ..SETTINGS }), RenderError::Samples { samples: 0 });
+    let blind = World { camera: Camera { target: world.camera.eye, ..world.camera }, ..world };
+    assert!(matches!(refused(&blind, SETTINGS), RenderError::Camera(_)));
+}
