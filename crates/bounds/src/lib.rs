@@ -1,4 +1,118 @@
-//! Placeholder.
+//! Bounding boxes for scene graphs: trees, dags, and recursive procedures that are never unfolded.
+//!
+//! The box about a transformed box is larger than the box about the transformed solid. One such step hardly matters; a
+//! scene graph takes one at every level, and where rotations or shears follow each other the boxes grow with each until
+//! they are useless. This crate calculates boxes as \[TRAX95\] does it, *through the whole chain of transformations*: the
+//! points of each shape are sent up to the root and give one box in each frame on the way.
+//!
+//! | | how a transformation comes to its box | boxes | time, for each shape of the unfolded tree |
+//! |---|---|---|---|
+//! | [`conventional`] | box of the transformed box below | grow with the depth | the nodes above it |
+//! | [`chain`] | box of the shapes' transformed points | tight | its points × the transformations above it |
+//!
+//! # A scene of one's own
+//!
+//! The algorithms know nothing of files, meshes or grammars. They ask a [`Scene`] for its root *state* and for what is
+//! directly below a state: a shape, a transformed state, or a union, intersection or difference of states. A state is
+//! whatever decides what is below: a reference to a node of a tree, or a few numbers of a recursive procedure.
+//!
+//! Here is a column of blocks, each smaller than the one below it and turned by 15°, as a procedure with one parameter:
+//!
+//! ```
+//! use std::convert::Infallible;
+//!
+//! use csg_graph_bounds::{Aabb, Limits, Scene, Step, chain, conventional};
+//! use glam::{DAffine3, DVec3};
+//!
+//! struct Column;
+//!
+//! /// The numbers say how many blocks are to come.
+//! #[derive(Clone, PartialEq, Eq, Hash)]
+//! enum State {
+//!     Column(u32),
+//!     Above(u32),
+//!     Block,
+//! }
+//!
+//! impl Scene for Column {
+//!     type State = State;
+//!     type Map = DAffine3;
+//!     type Shape = Aabb;
+//!     type Error = Infallible;
+//!
+//!     fn root(&self) -> State {
+//!         State::Column(20)
+//!     }
+//!
+//!     fn step(&self, state: &State) -> Result<Step<Self>, Infallible> {
+//!         Ok(match *state {
+//!             State::Column(0) => Step::Union(vec![]),
+//!             State::Column(blocks) => Step::Union(vec![State::Block, State::Above(blocks - 1)]),
+//!             State::Above(blocks) => {
+//!                 let parent_from_column = DAffine3::from_translation(DVec3::Z)
+//!                     * DAffine3::from_rotation_z(15_f64.to_radians())
+//!                     * DAffine3::from_scale(DVec3::splat(0.9));
+//!                 Step::Map(parent_from_column, State::Column(blocks))
+//!             }
+//!             State::Block => Step::Shape(Aabb::new(DVec3::new(-1.0, -1.0, 0.0), DVec3::ONE)),
+//!         })
+//!     }
+//!
+//!     // Three nodes get a box each.
+//!     fn node(&self, state: &State) -> usize {
+//!         match state {
+//!             State::Column(_) => 0,
+//!             State::Above(_) => 1,
+//!             State::Block => 2,
+//!         }
+//!     }
+//!
+//!     fn node_count(&self) -> usize {
+//!         3
+//!     }
+//! }
+//!
+//! let tight = chain(&Column, &Limits::default())?;
+//! let loose = conventional(&Column, &Limits::default())?;
+//! assert!(tight.root.size().x < 2.3);
+//! assert!(loose.root.size().x > 12.0);
+//! assert!(loose.root.encloses(tight.root));
+//! # Ok::<(), csg_graph_bounds::BoundsError<Infallible>>(())
+//! ```
+//!
+//! - The transformations are [`glam`]'s here; any affine function of points is a [`Map`].
+//! - An [`Aabb`] is a [`Shape`] itself, a cuboid. Other shapes say their box and their [`PointSet`], points whose hull
+//!   *encloses* the shape. For polytopes and meshes those are the vertices; for balls, cylinders, cones and tori the
+//!   point sets are here, with a proof of what they enclose and of how much they exceed it, at most [`EXCESS`].
+//! - A scene that can fail says how in its `Error`. It arrives as [`BoundsError::Scene`].
+//!
+//! # What comes out
+//!
+//! [`HyperBoxes`]: the box of the root, and for every node the union over all its places in the unfolded tree, in the
+//! node's own frame; for a transformation that is the frame that it maps *into*. A ray tracer that maps rays down the
+//! graph tests each ray in the frame where it is, and so meets the boxes of all levels.
+//!
+//! **Boxes are conservative**, in floating point too: each is rounded outward by what the maps of its chain may have
+//! rounded, some 10⁻¹⁵ of the magnitudes on the way. Infinite or overflowing coordinates give the whole space,
+//! [`Aabb::ALL`], never a number that is none. A solid with no points has the canonical [`Aabb::EMPTY`].
+//!
+//! **∩ and \\** follow the algebra of boxes: an intersection has what is in both boxes, a difference the box of its left
+//! operand. An operand's own box is never clipped by the other. Unbounded shapes are fine wherever an operator bounds
+//! them.
+//!
+//! **Work is limited.** Both algorithms walk the unfolded tree, which may be huge or endless; [`Limits`] bound steps and
+//! memory, and an error says which limit was met. Nothing recurses on the machine stack.
+//!
+//! # Features
+//!
+//! - `csg-graph`, on by default: [`Scene`] for the cyclic graphs of the crate
+//!   [`csg-graph`](https://docs.rs/csg-graph).
+//!
+//! The example `growth` prints the paper's Fig. 2.1 and the same for its Fig. 1.1a.
+//!
+//! \[TRAX95\] C. Traxler, M. Gervautz, *Calculation of Tight Bounding Volumes for Cyclic CSG-Graphs*, Institute of
+//! Computer Graphics, Technical University of Vienna, 1995.
+
 mod aabb;
 mod chain;
 mod conventional;
@@ -17,3 +131,8 @@ pub use limits::{BoundsError, Limits};
 pub use point_set::{EXCESS, PointSet};
 pub use scene::{Map, Scene, Shape, Step};
 pub use walk::HyperBoxes;
+
+/// The README's example is a test.
+#[cfg(all(doctest, feature = "csg-graph"))]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -168,3 +168,75 @@ fn circumscribed(sides: u32) -> Vec<DVec2> {
     let turns: [fn(DVec2) -> DVec2; 4] = [|v| v, DVec2::perp, |v| -v, |v| -v.perp()];
     turns.iter().flat_map(|turn| (0..sides / 4).map(corner).map(turn)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    type Support = fn(f64, f64, f64) -> f64;
+
+    /// The round point sets with the measure it depends on and the support of its primitive, as a function of the measure
+    /// and of a direction's parts across and along the axis.
+    fn cases() -> impl Iterator<Item = (PointSet<'static>, f64, Support)> {
+        let fixed: [(PointSet<'static>, f64, Support); 3] = [
+            (PointSet::sphere(), 0.0, |_, s, z| libm::hypot(s, z)),
+            (PointSet::cylinder(), 1.0, |_, s, z| s + z.max(0.0)),
+            (PointSet::cone(), 0.0, |_, s, z| s.max(z)),
+        ];
+        let frustums = [1e-9, 0.2, 1.0, 3.0, 1e9].map(|top| -> (PointSet<'static>, f64, Support) {
+            (PointSet::frustum(top), top, |top, s, z| s.max(top * s + z))
+        });
+        let tori = (1..=200).map(|i| 0.005 * f64::from(i)).chain([1e-12, 1e-300]);
+        let tori = tori.map(|minor| -> (PointSet<'static>, f64, Support) {
+            (PointSet::torus(minor), minor, |minor, s, z| s + minor * libm::hypot(s, z))
+        });
+        fixed.into_iter().chain(frustums).chain(tori)
+    }
+
+    #[test]
+    fn they_circumscribe_and_exceed_by_no_more_than_they_say() {
+        for (set, measure, support) in cases() {
+            let PointSet::Points(points) = set else { panic!("bounded") };
+            for step in 0..2_000 {
+                // Directions that turn about the axis while they go from pole to pole, the poles and equator included.
+                let (along, about) = (PI * f64::from(step) / 1_999.0, f64::from(step) * 0.731);
+                let (across, z) = (libm::sin(along), libm::cos(along));
+                let d = DVec3::new(across * libm::cos(about), across * libm::sin(about), z);
+                let exact = support(measure, across, z);
+                let width = exact + support(measure, across, -z);
+                let found = points.iter().map(|p| p.dot(d)).fold(f64::NEG_INFINITY, f64::max);
+                assert!(found >= exact - 1e-15 * width, "{measure} {d}: {found} < {exact}");
+                assert!(found <= exact + (EXCESS / 2.0 + 1e-15) * width, "{measure} {d}: {found} > {exact}");
+            }
+        }
+    }
+
+    #[test]
+    fn they_are_exact_along_the_axes() {
+        for (set, measure, support) in cases() {
+            let PointSet::Points(points) = set else { panic!("bounded") };
+            let bounds = Aabb::from_points(points.iter().copied());
+            let radius = support(measure, 1.0, 0.0);
+            let exact = Aabb::new(
+                DVec3::new(-radius, -radius, -support(measure, 0.0, -1.0)),
+                DVec3::new(radius, radius, support(measure, 0.0, 1.0)),
+            );
+            assert!(bounds.encloses(exact), "{measure}: {bounds:?} {exact:?}");
+            assert!(exact.grown(1e-14 * radius).encloses(bounds), "{measure}: {bounds:?} {exact:?}");
+        }
+    }
+
+    #[test]
+    fn they_are_as_small_as_documented() {
+        let count = |set: PointSet<'_>| if let PointSet::Points(points) = set { points.len() } else { 0 };
+        assert_eq!(count(PointSet::sphere()), 344);
+        assert_eq!(count(PointSet::cylinder()), 48);
+        assert_eq!(count(PointSet::cone()), 25);
+        assert_eq!(count(PointSet::frustum(0.5)), 48);
+        assert_eq!(count(PointSet::cube()), 8);
+        for i in 1..=100 {
+            let points = count(PointSet::torus(0.01 * f64::from(i)));
+            assert!((280..=340).contains(&points), "{points}");
+        }
+    }
+}

@@ -63,8 +63,8 @@ pub(crate) fn transforms() -> impl Strategy<Value = (TransformKind, Vec<f64>)> {
 }
 
 fn terms(operators: &'static [Operator], cuts: u32) -> impl Strategy<Value = Term> {
-    let leaf = prop_oneof![3 => primitives(), 2 => Just(Term::Again)];
-    leaf.prop_recursive(6, 12, 2, move |below| {
+    let leaf = prop_oneof![1 => primitives(), 1 => Just(Term::Again)];
+    leaf.prop_recursive(8, 32, 2, move |below| {
         let boxed = || below.clone().prop_map(Box::new);
         let operator = prop::sample::select(operators);
         let cut = prop::sample::select(vec![Operator::Intersection, Operator::Difference]);
@@ -80,12 +80,12 @@ fn terms(operators: &'static [Operator], cuts: u32) -> impl Strategy<Value = Ter
 /// Recursive solids with all operators.
 pub(crate) fn recipes() -> impl Strategy<Value = Recipe> {
     let operators = &[Operator::Union, Operator::Union, Operator::Intersection, Operator::Difference];
-    (0..3_u8, terms(operators, 1), primitives()).prop_map(|(n, step, base)| Recipe { n, step, base })
+    (0..4_u8, terms(operators, 1), primitives()).prop_map(|(n, step, base)| Recipe { n, step, base })
 }
 
 /// Recursive unions.
 pub(crate) fn union_recipes() -> impl Strategy<Value = Recipe> {
-    (0..3_u8, terms(&[Operator::Union], 0), primitives()).prop_map(|(n, step, base)| Recipe { n, step, base })
+    (0..4_u8, terms(&[Operator::Union], 0), primitives()).prop_map(|(n, step, base)| Recipe { n, step, base })
 }
 
 impl Recipe {
