@@ -24,9 +24,8 @@
 //!
 //! **Axes.** Along x, y and z there is no excess. Where n is a multiple of 4 and the vertices stand at (k + ½)·2π/n,
 //! two sides of the n-gon touch the circle on the x axis and two on the y axis. The profile of ball and torus, a
-//! circumscribed polygon with such corners too, touches in the same way on the z axis and at the equator. So the boxes
-//! of chains without rotation are exact, and the hull never sticks out of the primitive's box, which makes the chain
-//! algorithm's boxes lie in the conventional ones.
+//! circumscribed polygon with such corners too, touches in the same way on the z axis and at the equator. So boxes
+//! through translations, scalings and mirrors alone are exact.
 //!
 //! **Rounding.** Computed vertices miss their exact places by some ulps; all polygons are made larger by [`SLACK`]
 //! about their own centres, which is more.

@@ -90,8 +90,8 @@ pub trait Shape {
 
     /// Points whose convex hull encloses the shape.
     ///
-    /// They must *circumscribe*: points on the surface give boxes that are too small. Points that stick out of
-    /// [`bounds`](Self::bounds) are allowed, but then the chain algorithm's boxes need not lie in the conventional ones.
+    /// They must *circumscribe*: points on a curved surface give boxes that are too small. The less they stick out, the
+    /// tighter are the boxes; the more there are, the longer they take.
     fn point_set(&self) -> PointSet<'_>;
 }
 

@@ -146,7 +146,7 @@ fn primitives_have_their_least_boxes() {
         );
         assert!(primitive.bounds().encloses(exact), "{kind:?}");
         assert!(close(primitive.bounds(), exact, 1e-15), "{kind:?} {:?} {exact:?}", primitive.bounds());
-        // The point set stays within the box, which makes chain boxes lie in conventional ones.
+        // Along the axes, point sets exceed nothing.
         let PointSet::Points(points) = primitive.point_set() else { panic!("{kind:?} is bounded") };
         assert!(close(Aabb::from_points(points.iter().copied()), exact, 1e-14), "{kind:?}");
     }
