@@ -1,2 +1,53 @@
-//! Placeholder.
-fn main() {}
+//! `cargo xtask`: the commands of `pcsg` without an installation, and the chores of this repository.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use csg_graph_cli::Command;
+use csg_graph_tests::{golden, repository};
+
+/// The commands of pcsg without an installation, and the chores of this repository
+#[derive(Debug, Parser)]
+#[command(name = "cargo xtask")]
+struct Xtask {
+    #[command(subcommand)]
+    command: Chore,
+}
+
+#[derive(Debug, Subcommand)]
+enum Chore {
+    #[command(flatten)]
+    Pcsg(Command),
+    /// Compare the golden images in tests/golden with what is rendered now
+    ///
+    /// What differs is written to tests/golden/failed: expected, actual and difference.
+    Golden {
+        /// Accept the picture of this case as it is rendered now
+        #[arg(long, value_name = "NAME")]
+        bless: Vec<String>,
+    },
+}
+
+fn main() -> ExitCode {
+    match Xtask::parse().command {
+        Chore::Pcsg(command) => csg_graph_cli::run(command),
+        Chore::Golden { bless } => golden_images(&bless),
+    }
+}
+
+#[expect(clippy::print_stderr, reason = "the report of a chore")]
+fn golden_images(bless: &[String]) -> ExitCode {
+    let repository = repository();
+    match golden::run(&repository, &repository.join("tests/golden"), bless) {
+        Ok(report) => {
+            report.blessed.iter().for_each(|name| eprintln!("accepted {name}"));
+            report.failures.iter().for_each(|failure| eprintln!("{failure}"));
+            eprintln!("{} passed, {} failed", report.passed, report.failures.len());
+            if report.failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,1 +1,62 @@
-//! Placeholder.
+//! The `pcsg` program as a library: its arguments, and a function that runs them.
+//!
+//! This is the only crate of the system that touches files and terminals. Each command is a module; [`run`] is all that
+//! a program around it needs, and [`render::picture`] serves those who want the picture and not the file.
+
+mod args;
+mod bounds;
+mod check;
+mod failure;
+mod fmt;
+mod graph;
+mod load;
+mod output;
+pub mod render;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::CommandFactory;
+
+pub use args::{
+    BoundsArgs, BoxesArg, CheckArgs, Cli, Command, FmtArgs, Format, GraphArgs, GraphFormat, MethodArg,
+    RenderArgs, SceneArgs, Size, StepsArg, ViewArg,
+};
+pub use failure::Failure;
+
+/// Runs a command and reports why it failed, if it does.
+///
+/// Results go to standard output, everything else to standard error. The exit code is 0, or 1 for a mistake in the
+/// input; wrong usage never comes this far, since parsing the arguments ends with 2.
+pub fn run(command: Command) -> ExitCode {
+    let result = match command {
+        Command::Render(args) => render::run(&args),
+        Command::Bounds(args) => bounds::run(&args),
+        Command::Check(args) => check::run(&args),
+        Command::Graph(args) => graph::run(&args),
+        Command::Fmt(args) => fmt::run(&args),
+        Command::Completions { shell } => completions(shell),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) if failure.is_closed_pipe() => ExitCode::SUCCESS,
+        Err(failure) => {
+            anstream::eprintln!("\x1b[1;91merror\x1b[0m: {failure}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn completions(shell: clap_complete::Shell) -> Result<(), Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "pcsg", &mut script);
+    print(&script)
+}
+
+/// Writes a result to standard output.
+fn print(text: impl AsRef<[u8]>) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    out.write_all(text.as_ref())?;
+    out.flush()?;
+    Ok(())
+}

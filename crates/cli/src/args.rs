@@ -1,0 +1,272 @@
+//! The command line: what can be asked, and the help that teaches it.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use csg_graph_trace::View;
+
+/// Recursive solids, from a grammar file to a picture
+///
+/// A .pcsg file is a grammar whose words are solids: symbols with rules, parameters that steer them, and ∪, ∩ and \ of
+/// transformed primitives. pcsg turns it into a cyclic graph of a few kilobytes, bounds every node of the graph, and ray
+/// traces the graph as it is, without ever unfolding it.
+#[derive(Debug, Parser)]
+#[command(name = "pcsg", version, after_help = EXAMPLES)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  pcsg render tree.pcsg                        a picture: tree.png
+  pcsg render tree.pcsg --set cnt=5 -o 5.png   the same with another parameter
+  pcsg check tree.pcsg                         mistakes, or how large the thing is
+  pcsg bounds tree.pcsg                        the bounding boxes of all nodes
+  pcsg graph tree.pcsg | dot -Tsvg > tree.svg  the graph as a drawing
+
+A mistake in a file ends with exit code 1, a mistake in the command line with 2.";
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+#[non_exhaustive]
+pub enum Command {
+    /// Render a scene to a PNG picture
+    ///
+    /// The picture is named after the scene and written to the current folder, unless -o says otherwise. What the file
+    /// does not say about the camera and the light is chosen so that the solid is well seen.
+    Render(RenderArgs),
+    /// Compute the bounding boxes of all nodes
+    ///
+    /// Each node of the graph gets its hyper bounding box: the union over all its instances, in the node's own frame. A
+    /// transformation's box is in the frame that it maps into.
+    Bounds(BoundsArgs),
+    /// Find mistakes, or tell how large the solid is
+    ///
+    /// Reports every mistake in the file. Without any, counts the states of the graph and, exactly, what it unfolds into,
+    /// and shows that the recursion ends.
+    Check(CheckArgs),
+    /// Draw the graph of a scene, for Graphviz
+    Graph(GraphArgs),
+    /// Print a scene in the standard layout
+    Fmt(FmtArgs),
+    /// Print a completion script for a shell
+    ///
+    /// For example: pcsg completions bash > ~/.local/share/bash-completion/completions/pcsg
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+}
+
+/// A scene file with parameters changed.
+#[derive(Debug, Args)]
+pub struct SceneArgs {
+    /// The scene: a .pcsg file
+    pub scene: PathBuf,
+    /// Give an initial parameter another value
+    ///
+    /// EXPR is an expression of the language; it may use the parameters declared above NAME. Parameters that the file
+    /// computes from NAME follow.
+    #[arg(long, value_name = "NAME=EXPR", value_parser = assignment)]
+    pub set: Vec<String>,
+    /// The most states to list before giving up on a recursion
+    #[arg(long, value_name = "N", default_value_t = csg_graph::Limits::default().states)]
+    pub max_states: usize,
+}
+
+fn assignment(text: &str) -> Result<String, String> {
+    let is_assignment = text.split_once('=').is_some_and(|(name, expr)| !(name.trim().is_empty() || expr.trim().is_empty()));
+    if is_assignment { Ok(text.to_owned()) } else { Err("write it as NAME=EXPR, for example cnt=5".to_owned()) }
+}
+
+/// Arguments of `render`.
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// What to render.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The picture to write; without it, the scene's name with .png, in the current folder
+    #[arg(short, long, value_name = "OUT.png", value_parser = png_path)]
+    pub output: Option<PathBuf>,
+    /// Width and height in pixels; without it what the scene says, or 512x512
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
+    /// Rays a pixel; without it what the scene says, or 4
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub samples: Option<u32>,
+    /// Threads; without it, one a core. The picture is the same for any number
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// What the picture shows
+    #[arg(long, value_enum, default_value_t)]
+    pub view: ViewArg,
+    /// Which boxes the rays are tested against; without it chain, or conventional where chain would take too long
+    ///
+    /// The picture is the same for all, the time is not.
+    #[arg(long, value_enum)]
+    pub boxes: Option<BoxesArg>,
+    /// How to limit the computation of boxes.
+    #[command(flatten)]
+    pub limit: StepsArg,
+    /// Write counts and times as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub stats: Option<PathBuf>,
+}
+
+/// The limit on bounding.
+#[derive(Debug, Args)]
+pub struct StepsArg {
+    /// The most steps to take for the boxes: nodes visited and boxes computed
+    #[arg(long, value_name = "N", default_value_t = csg_graph_bounds::Limits::default().steps)]
+    pub max_steps: u64,
+}
+
+/// Width and height in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+}
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parse = |number: &str| number.trim().parse().ok().filter(|number| *number > 0);
+        let size = text.split_once(['x', 'X', '×']).and_then(|(width, height)| {
+            Some(Self { width: parse(width)?, height: parse(height)? })
+        });
+        size.ok_or_else(|| "write it as WIDTHxHEIGHT in pixels, for example 800x600".to_owned())
+    }
+}
+
+fn png_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_png = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
+    if is_png { Ok(path) } else { Err("pictures are PNG files: end the name with .png".to_owned()) }
+}
+
+/// What a picture shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ViewArg {
+    /// The solid in its light
+    #[default]
+    Shaded,
+    /// The paper's colour plate: the background tells at which recursion depth rays were discarded, red and blue in
+    /// turn, the brighter the deeper
+    Plate,
+    /// The direction that the surface faces
+    Normal,
+    /// The distance, near is bright
+    Depth,
+    /// How much work each pixel took
+    Cost,
+}
+
+impl From<ViewArg> for View {
+    fn from(view: ViewArg) -> Self {
+        match view {
+            ViewArg::Shaded => Self::Shaded,
+            ViewArg::Plate => Self::Plate,
+            ViewArg::Normal => Self::Normal,
+            ViewArg::Depth => Self::Depth,
+            ViewArg::Cost => Self::Cost,
+        }
+    }
+}
+
+/// Which boxes a render uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BoxesArg {
+    /// No boxes: every ray visits every node
+    None,
+    /// Boxes of transformed boxes (the paper's section 2)
+    Conventional,
+    /// Boxes of point sets that went through the whole transform chain (section 3)
+    Chain,
+}
+
+/// Arguments of `bounds`.
+#[derive(Debug, Args)]
+pub struct BoundsArgs {
+    /// What to bound.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The algorithm
+    #[arg(long, value_enum, default_value_t)]
+    pub method: MethodArg,
+    /// How to limit the computation.
+    #[command(flatten)]
+    pub limit: StepsArg,
+    /// How to print them
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// An algorithm for boxes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum MethodArg {
+    /// Boxes of transformed boxes (the paper's section 2)
+    Conventional,
+    /// Boxes of point sets that went through the whole transform chain (section 3)
+    #[default]
+    Chain,
+}
+
+/// For whom to print.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// A table for people
+    #[default]
+    Table,
+    /// JSON for programs
+    Json,
+}
+
+/// Arguments of `check`.
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// What to check.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// How to print the counts
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// Arguments of `graph`.
+#[derive(Debug, Args)]
+pub struct GraphArgs {
+    /// What to draw.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The language of the drawing
+    #[arg(long, value_enum, default_value_t)]
+    pub format: GraphFormat,
+}
+
+/// A language for drawings of graphs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum GraphFormat {
+    /// Graphviz: pipe it into `dot -Tsvg`
+    #[default]
+    Dot,
+}
+
+/// Arguments of `fmt`.
+#[derive(Debug, Args)]
+pub struct FmtArgs {
+    /// The scene: a .pcsg file
+    pub scene: PathBuf,
+    /// Change the file itself instead of printing
+    #[arg(long, conflicts_with = "check")]
+    pub write: bool,
+    /// Print nothing; fail if the file is not in the standard layout
+    #[arg(long)]
+    pub check: bool,
+}

@@ -1,0 +1,96 @@
+//! `pcsg render`: a scene as a picture.
+
+mod stage;
+mod stats;
+
+use std::io::{Cursor, IsTerminal};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use csg_graph_trace::{Film, RenderError, render};
+use image::{ImageError, ImageFormat, RgbImage};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::Failure;
+use crate::args::RenderArgs;
+use crate::output::Pending;
+use stage::Stage;
+use stats::Stats;
+
+/// Work that is done sooner shows no progress bar.
+const PATIENCE: Duration = Duration::from_millis(700);
+
+pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
+    let path = args.output.clone().unwrap_or_else(|| picture_path(&args.scene.scene));
+    // Before the work: what cannot be written should not be rendered.
+    let picture = Pending::create(&path)?;
+    let stats = args.stats.as_deref().map(Pending::create).transpose()?;
+    let (image, measured) = trace(args)?;
+    let bytes = encode(&image).map_err(|error| Failure::file(&path, "write it")(std::io::Error::other(error)))?;
+    picture.finish(&bytes)?;
+    match stats {
+        Some(file) => file.finish(measured.to_json().as_bytes()),
+        None => Ok(()),
+    }
+}
+
+/// The picture that `render` would write.
+///
+/// # Errors
+/// If the scene has mistakes, which are reported, or asks for what cannot be done.
+pub fn picture(args: &RenderArgs) -> Result<RgbImage, Failure> {
+    trace(args).map(|(image, _)| image)
+}
+
+/// A picture as a PNG file.
+///
+/// # Errors
+/// If the picture is larger than the format allows.
+pub fn encode(image: &RgbImage) -> Result<Vec<u8>, ImageError> {
+    let mut bytes = Cursor::new(Vec::new());
+    image.write_to(&mut bytes, ImageFormat::Png)?;
+    Ok(bytes.into_inner())
+}
+
+/// The scene's name with `.png`, in the current folder.
+fn picture_path(scene: &Path) -> PathBuf {
+    let mut name = PathBuf::from(scene.file_name().unwrap_or(scene.as_os_str()));
+    name.set_extension("png");
+    name
+}
+
+fn trace(args: &RenderArgs) -> Result<(RgbImage, Stats), Failure> {
+    let stage = Stage::set(args)?;
+    let world = stage.world();
+    let start = Instant::now();
+    let bar = progress_bar(u64::from(stage.settings.width) * u64::from(stage.settings.height));
+    let shown = |done: u64, _total: u64| {
+        if start.elapsed() > PATIENCE {
+            bar.set_position(done);
+        }
+    };
+    let threads = args.threads.map_or(0, |threads| threads as usize);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|error| stage.loaded.refused(format!("cannot start the threads: {error}")))?;
+    let rendered = pool.install(|| render(&world, &stage.settings, &shown));
+    bar.finish_and_clear();
+    let (film, counters) = rendered.map_err(|error| match error {
+        RenderError::Eval(error) => stage.loaded.failure(&error.into()),
+        other => stage.loaded.refused(other),
+    })?;
+    let stats = Stats::new(&stage, &counters, pool.current_num_threads(), start.elapsed());
+    Ok((to_image(&film), stats))
+}
+
+fn to_image(film: &Film) -> RgbImage {
+    let image = RgbImage::from_raw(film.width(), film.height(), film.to_srgb8());
+    image.expect("a film has three bytes a pixel")
+}
+
+fn progress_bar(pixels: u64) -> ProgressBar {
+    // Not on a terminal, a bar would only fill a log.
+    let target =
+        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let style = ProgressStyle::with_template("{percent:>3} % {wide_bar} {elapsed} elapsed, {eta} to go");
+    ProgressBar::with_draw_target(Some(pixels), target).with_style(style.expect("the template is sound"))
+}

@@ -1,0 +1,124 @@
+//! Everything that a picture needs besides the rays: the scene, its boxes, camera, lights and settings.
+//!
+//! What the file does not say is chosen here. The choice depends on the solid alone and not on the boxes that rays are
+//! tested against, so that these change no pixel.
+
+use std::time::{Duration, Instant};
+
+use csg_graph::{Analysis, BigUint};
+use csg_graph_bounds::{Aabb, HyperBoxes};
+use csg_graph_grammar::Look;
+use csg_graph_trace::{Camera, Light, LightSource, Settings, World};
+
+use crate::args::{BoxesArg, MethodArg, RenderArgs};
+use crate::load::{Loaded, load};
+use crate::Failure;
+
+/// The size of a picture that nobody asked for, in pixels.
+const DEFAULT_SIZE: u32 = 512;
+/// The rays a pixel that nobody asked for.
+const DEFAULT_SAMPLES: u32 = 4;
+
+/// The most boxes that the chain algorithm may compute where nobody asked for it: a second or two.
+const AFFORDABLE_CHAIN: u32 = 2_000_000;
+
+/// A scene ready to be rendered.
+pub(super) struct Stage {
+    pub(super) loaded: Loaded,
+    pub(super) analysis: Analysis,
+    pub(super) settings: Settings,
+    pub(super) boxes: BoxesArg,
+    pub(super) hyper_boxes: Option<HyperBoxes>,
+    pub(super) bounding_time: Duration,
+    camera: Camera,
+    lights: Vec<Light>,
+}
+
+impl Stage {
+    /// Reads, analyses and bounds the scene.
+    pub(super) fn set(args: &RenderArgs) -> Result<Self, Failure> {
+        let loaded = load(&args.scene)?;
+        let analysis = loaded.analyse()?;
+        let look = &loaded.scene.look;
+        let (width, height) = match args.size {
+            Some(size) => (size.width, size.height),
+            None => (look.image.width.unwrap_or(DEFAULT_SIZE), look.image.height.unwrap_or(DEFAULT_SIZE)),
+        };
+        let samples = args.samples.or(look.image.samples).unwrap_or(DEFAULT_SAMPLES);
+        let settings = Settings { width, height, samples, view: args.view.into() };
+
+        let start = Instant::now();
+        let affordable = affordable(&analysis);
+        let boxes = args.boxes.unwrap_or(match affordable {
+            MethodArg::Chain => BoxesArg::Chain,
+            MethodArg::Conventional => BoxesArg::Conventional,
+        });
+        let compute = |method: MethodArg| {
+            method.compute(&loaded.scene.graph, args.limit.max_steps).map_err(|error| loaded.refused(error))
+        };
+        let hyper_boxes = match boxes {
+            BoxesArg::None => None,
+            BoxesArg::Conventional => Some(compute(MethodArg::Conventional)?),
+            BoxesArg::Chain => Some(compute(MethodArg::Chain)?),
+        };
+        let bounding_time = start.elapsed();
+
+        let framed = || -> Result<Aabb, Failure> {
+            match (&hyper_boxes, boxes, affordable) {
+                (Some(known), BoxesArg::Chain, MethodArg::Chain)
+                | (Some(known), BoxesArg::Conventional, MethodArg::Conventional) => Ok(known.root),
+                _ => Ok(compute(affordable)?.root),
+            }
+        };
+        let camera = camera(look, f64::from(width) / f64::from(height), framed)?;
+        let lights = lights(look, &camera);
+        Ok(Self { analysis, settings, boxes, hyper_boxes, bounding_time, camera, lights, loaded })
+    }
+
+    pub(super) fn world(&self) -> World<'_> {
+        World {
+            graph: &self.loaded.scene.graph,
+            boxes: self.hyper_boxes.as_ref(),
+            camera: self.camera,
+            lights: self.lights.clone(),
+            background: self.loaded.scene.look.background.unwrap_or(World::DEFAULT_BACKGROUND),
+        }
+    }
+}
+
+/// The best algorithm whose work is small beside that of a picture.
+fn affordable(analysis: &Analysis) -> MethodArg {
+    if analysis.chain_boxes <= BigUint::from(AFFORDABLE_CHAIN) { MethodArg::Chain } else { MethodArg::Conventional }
+}
+
+/// The camera of the file, completed: what is missing of it is taken from the view that frames the solid.
+fn camera(look: &Look, aspect: f64, framed: impl FnOnce() -> Result<Aabb, Failure>) -> Result<Camera, Failure> {
+    let asked = look.camera;
+    let fov = asked.fov.unwrap_or(Camera::DEFAULT_FOV);
+    if let (Some(eye), Some(target)) = (asked.eye, asked.target) {
+        return Ok(Camera { eye, target, up: asked.up.unwrap_or(glam::DVec3::Z), fov });
+    }
+    let framing = Camera::framing(&framed()?, fov, aspect);
+    Ok(Camera {
+        eye: asked.eye.unwrap_or(framing.eye),
+        target: asked.target.unwrap_or(framing.target),
+        up: asked.up.unwrap_or(framing.up),
+        fov,
+    })
+}
+
+/// The lights of the file, or the sun over the camera's shoulder.
+fn lights(look: &Look, camera: &Camera) -> Vec<Light> {
+    if look.lights.is_empty() {
+        return vec![Light::over_shoulder(camera)];
+    }
+    let light = |light: &csg_graph_grammar::Light| Light {
+        source: match light.source {
+            csg_graph_grammar::LightSource::Position(position) => LightSource::Point(position),
+            csg_graph_grammar::LightSource::Direction(direction) => LightSource::Directional(direction),
+        },
+        colour: light.color,
+        shadow: light.shadow,
+    };
+    look.lights.iter().map(light).collect()
+}
