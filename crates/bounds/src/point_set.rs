@@ -6,9 +6,10 @@
 //!
 //! **Containment.** All round primitives are bodies of revolution about z, and one lemma serves them all. Let a convex
 //! polygon in the (ρ, z) half-plane, with vertices (ρⱼ, zⱼ) and closed by the axis, contain the half-profile of the
-//! body. Then the body lies in the hull of the circles of radius ρⱼ at height zⱼ: a point of the body at angle φ has
-//! (ρ, z) in the polygon, hence is a convex combination of vertices and of points of the axis below or above them, all
-//! turned by φ; the vertices are points of the circles, the points of the axis are between centres of circles. And
+//! body; its sides at the top and the bottom go straight to the axis. Then the body lies in the hull of the circles of
+//! radius ρⱼ at height zⱼ: a point of the body at angle φ has (ρ, z) in the polygon, hence is a convex combination of
+//! the vertices, all turned by φ, and of the two ends of the axis. Turned vertices are points of the circles, and the
+//! ends of the axis are the centres of the top and the bottom circle (an apex is a circle of radius 0). And
 //! each circle lies in the hull of a regular n-gon circumscribed about it, whose vertices have the radius
 //! ρⱼ / cos(π/n). So the body lies in the hull of all n-gons, whatever the n of each. ∎
 //!
@@ -51,7 +52,7 @@ const SLACK: f64 = 1.0 + 8.0 * f64::EPSILON;
 /// The sides of the polygon about a ball's profile. With 28 or 36, the rings that [`EXCESS`] allows have more vertices.
 const BALL_SIDES: u32 = 32;
 
-/// The sides of the polygon about a torus's profile: few, as one side of it counts half in the width.
+/// The sides of the polygon about a torus's profile: fewer do, as a torus is at least twice as wide as its profile is.
 const TORUS_SIDES: u32 = 24;
 
 /// Points whose convex hull encloses a shape.
