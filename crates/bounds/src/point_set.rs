@@ -52,7 +52,7 @@ const SLACK: f64 = 1.0 + 8.0 * f64::EPSILON;
 /// The sides of the polygon about a ball's profile. With 28 or 36, the rings that [`EXCESS`] allows have more vertices.
 const BALL_SIDES: u32 = 32;
 
-/// The sides of the polygon about a torus's profile: fewer do, as a torus is at least twice as wide as its profile is.
+/// The sides of the polygon about a torus's profile: fewer do, as the major radius adds to the width.
 const TORUS_SIDES: u32 = 24;
 
 /// Points whose convex hull encloses a shape.
