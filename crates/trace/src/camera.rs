@@ -38,7 +38,7 @@ pub enum CameraError {
 }
 
 /// From where [`Camera::framing`] looks: in front, somewhat from the right, slightly from above.
-const THREE_QUARTER: DVec3 = DVec3::new(0.5, -1.0, 0.36);
+const THREE_QUARTER: DVec3 = DVec3::new(0.55, -1.0, 0.5);
 
 /// How far from the centre of the box [`Camera::framing`] stays, in half diagonals.
 const CLOSEST: f64 = 1.25;

@@ -14,8 +14,8 @@ use crate::{Hit, Light, Ray, Walk};
 
 /// How far shadow rays start off the surface, relative to the coordinates of the hit and of the ray's origin.
 ///
-/// A hit is off its surface by some ulps of these, more after badly conditioned transformations. This is some 10⁵ ulps, and
-/// still a thousandth of the smallest detail that a picture of the whole can show.
+/// A hit is off its surface by some ulps of these, more after badly conditioned transformations. This is about a million
+/// ulps, and far below what a pixel covers in a picture of the whole.
 const OFFSET: f64 = 1e-10;
 
 /// The colour, in linear light, in which `ray` sees `hit`.

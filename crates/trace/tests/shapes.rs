@@ -2,7 +2,7 @@
 
 use csg_graph::{Primitive, PrimitiveKind};
 use csg_graph_trace::{Ray, brute::primitive_contains, shapes::spans};
-use glam::DVec3;
+use glam::{DVec3, Vec3Swizzles};
 use proptest::prelude::*;
 
 fn primitive() -> impl Strategy<Value = Primitive> {
@@ -18,7 +18,7 @@ fn primitive() -> impl Strategy<Value = Primitive> {
         PrimitiveKind::HalfSpace,
     ]);
     prop_oneof![
-        9 => plain.prop_map(|kind| kind.evaluate(&[]).unwrap()),
+        9 => plain.prop_map(|kind| kind.evaluate(&[]).expect("a plain primitive")),
         2 => (0.01..3.0).prop_map(|top| Primitive::Frustum { top }),
         3 => prop_oneof![0.01..1.0, Just(1.0)].prop_map(|minor| Primitive::Torus { minor }),
         2 => prop::collection::vec(point(1.5), 5..12).prop_filter_map("flat", |points| {
@@ -115,9 +115,9 @@ proptest! {
         type Field = Box<dyn Fn(DVec3) -> f64>;
         let fields: [(Primitive, Field); 4] = [
             (Primitive::Sphere, Box::new(|p| p.length())),
-            (Primitive::Cylinder, Box::new(|p| p.x.hypot(p.y))),
-            (Primitive::Frustum { top }, Box::new(move |p| p.x.hypot(p.y) - (1.0 + (top - 1.0) * p.z))),
-            (Primitive::Torus { minor }, Box::new(|p| (p.x.hypot(p.y) - 1.0).hypot(p.z))),
+            (Primitive::Cylinder, Box::new(|p| p.xy().length())),
+            (Primitive::Frustum { top }, Box::new(move |p| p.xy().length() - (1.0 + (top - 1.0) * p.z))),
+            (Primitive::Torus { minor }, Box::new(|p| libm::hypot(p.xy().length() - 1.0, p.z))),
         ];
         for (primitive, field) in &fields {
             for (t, normal) in ends(primitive, &ray) {

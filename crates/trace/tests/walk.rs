@@ -18,7 +18,7 @@ fn down(x: f64, y: f64) -> Ray {
 }
 
 fn nearest(graph: &Graph, ray: &Ray) -> Option<Hit> {
-    Walk::new(graph, None).nearest(ray).unwrap()
+    Walk::new(graph, None).nearest(ray).expect("no evaluation fails")
 }
 
 /// cube `operator` move(0, 0, dz) cube
@@ -29,7 +29,7 @@ fn two_cubes(operator: Operator, dz: f64) -> Graph {
         moved(&mut builder, [0.0, 0.0, dz], cube)
     });
     let both = builder.operator(operator, cubes[0], cubes[1]);
-    builder.finish(both).unwrap()
+    builder.finish(both).expect("a sound graph")
 }
 
 /// Slanted rays from places with few digits, for which coincident faces are met at exactly one t.
@@ -156,7 +156,7 @@ fn deep(levels: u32, operator: Operator, recursion_last: bool) -> Graph {
         builder.operator(operator, rest, cylinder)
     };
     builder.rules(tower, Some(Expr::choose(Expr::from(n).gt(1.0), 2.0, 1.0)), [cylinder, both]);
-    builder.finish(tower).unwrap()
+    builder.finish(tower).expect("a sound graph")
 }
 
 #[test]
@@ -172,8 +172,7 @@ fn a_hundred_thousand_levels() {
         let visited = walk.counters().nodes_visited;
         assert!(visited > 500_000 || operator == Operator::Difference, "{visited} nodes");
         let from_above = Ray { origin: DVec3::new(0.1, 0.0, 1e6), direction: -DVec3::Z };
-        let hit = walk.nearest(&from_above).unwrap();
-        assert_eq!(hit.is_some(), true, "{operator:?}");
+        assert!(walk.nearest(&from_above).unwrap().is_some(), "{operator:?}");
     }
 }
 

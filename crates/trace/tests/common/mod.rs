@@ -100,7 +100,7 @@ fn build(endings: &[Term; 2], recursions: &[Term; 2], n: f64) -> Graph {
         let selection = Expr::choose(Expr::from(param).gt(0.0), 2.0, 1.0);
         builder.rules(symbol, Some(selection), rules);
     }
-    builder.finish(symbols[0]).unwrap()
+    builder.finish(symbols[0]).expect("a sound graph")
 }
 
 fn add(builder: &mut GraphBuilder, term: &Term, symbols: &[NodeId; 2], n: ParamId) -> NodeId {
