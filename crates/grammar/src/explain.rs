@@ -40,18 +40,19 @@ impl Scene {
         };
         let steps: Vec<_> =
             path[..path.len().saturating_sub(1)].iter().map(|state| self.selected(state)).collect();
-        let leads: Vec<_> = steps
-            .iter()
-            .zip(&path[1..])
-            .map(|(rule, next)| match rule {
-                Some((name, number)) => format!("rule {number} of `{name}` leads to `{}`", next.name),
-                None => format!("that leads to `{}`", next.name),
-            })
-            .collect();
-        let way = match (&steps[..], &leads[..]) {
-            ([Some((name, number))], _) => format!("rule {number} of `{name}` leads back to itself"),
-            _ => format!("{}, where it began", leads.join(", ")),
-        };
+        let leads = steps.iter().zip(1..).map(|(rule, next)| {
+            let last = next == path.len() - 1;
+            let to = match (last, steps.len()) {
+                (true, 1) => "back to itself".to_owned(),
+                (true, _) => format!("back to `{}`", path[next].name),
+                (false, _) => format!("to `{}`", path[next].name),
+            };
+            match rule {
+                Some((name, number)) => format!("rule {number} of `{name}` leads {to}"),
+                None => format!("that leads {to}"),
+            }
+        });
+        let way = leads.collect::<Vec<_>>().join(", ");
         let help = match path.iter().find_map(|state| self.control(state.node)) {
             Some(control) => format!("{way} and no parameter changes; does `{control}` decrease?"),
             None => format!(
@@ -87,7 +88,7 @@ impl Scene {
             .label(values(&last.values).unwrap_or_default());
         let drifting = path.iter().rev().skip(1).find(|state| state.node == last.node).and_then(|before| {
             let pairs = before.values.iter().zip(&last.values);
-            pairs.filter(|(a, b)| a.0 == b.0).find(|(a, b)| a.1 != b.1)
+            pairs.filter(|(a, b)| a.0 == b.0).find(|(a, b)| a.1.to_bits() != b.1.to_bits())
         });
         report.help(match drifting {
             Some(((name, before), (_, after))) => format!(
@@ -108,9 +109,10 @@ impl Scene {
                 env.set(param, *value);
             }
         }
-        let value = symbol.selection.as_ref().map_or(1.0, |selection| selection.evaluate(&env));
-        let rule = (1_u32..).zip(&symbol.rules).position(|(number, _)| f64::from(number) == value)?;
-        Some((state.name.clone(), rule + 1))
+
+        let rule = self.graph.select(state.node, &env).ok()?;
+        let number = symbol.rules.iter().position(|known| *known == rule)? + 1;
+        Some((state.name.clone(), number))
     }
 
     /// The first parameter that the selection function of a symbol reads.
@@ -165,7 +167,7 @@ fn evaluation(sources: &SourceMap, error: &EvalError) -> Diagnostic {
         Fault::NotANumber => Diagnostic::error(span, format!("a value of `{name}` is not a number"))
             .label(label("not a number"))
             .help("0/0 is none, nor is the root or the logarithm of a negative number"),
-        Fault::Infinite(value) => {
+        Fault::Infinite(_) => {
             let zero = error.values.iter().find(|(_, value)| *value == 0.0);
             let infinite = error.values.iter().find(|(_, value)| value.is_infinite());
             let help = match (zero, infinite) {
@@ -173,7 +175,7 @@ fn evaluation(sources: &SourceMap, error: &EvalError) -> Diagnostic {
                 (_, Some((param, _))) => format!("`{param}` is infinite itself: was something divided by zero to get it?"),
                 _ => "was something divided by zero?".to_owned(),
             };
-            Diagnostic::error(span, format!("an argument of `{name}` is {value}")).label(label("infinite")).help(help)
+            Diagnostic::error(span, format!("an argument of `{name}` is infinite")).label(label("divides by zero")).help(help)
         }
         Fault::Singular(call) => Diagnostic::error(span, format!("the transformation `{call}` is singular"))
             .label(label("flattens every solid"))

@@ -122,7 +122,7 @@ pub struct Assignment {
 }
 
 /// `{ name = value; … }`
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Block {
     /// From `{` to `}`.
     pub span: Span,
@@ -202,12 +202,7 @@ pub struct SyntaxTree {
     pub(crate) items: Vec<Item>,
     pub(crate) comments: Vec<Span>,
     pub(crate) unicode: bool,
-}
-
-impl Default for Block {
-    fn default() -> Self {
-        Self { span: Span::default(), assignments: Vec::new() }
-    }
+    pub(crate) damaged: bool,
 }
 
 impl SyntaxTree {
@@ -244,6 +239,11 @@ impl SyntaxTree {
     /// Whether the operators were written as the paper prints them: `∪ ∩ →`.
     pub fn is_unicode(&self) -> bool {
         self.unicode
+    }
+
+    /// Whether the text has syntax errors, so that something is missing here.
+    pub fn is_damaged(&self) -> bool {
+        self.damaged
     }
 
     /// A term.

@@ -10,6 +10,10 @@ use crate::{Diagnostic, Span};
 pub(crate) enum Kind {
     #[regex(r"//[^\n]*", allow_greedy = true)]
     Comment,
+    /// A comment of another language.
+    #[regex(r"#[^\n]*", allow_greedy = true)]
+    #[regex(r"/\*([^*]|\*+[^*/])*\*+/")]
+    ForeignComment,
     #[regex(r"[\p{XID_Start}_]\p{XID_Continue}*")]
     Name,
     #[regex(r"([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?")]
@@ -99,7 +103,7 @@ pub(crate) fn lex(source: &str, diagnostics: &mut Vec<Diagnostic>) -> Lexed {
     let mut after_garbage = false;
     let end = (Ok(Kind::End), source.len()..source.len());
     for (kind, range) in Kind::lexer(source).spanned().chain([end]) {
-        let span = Span::from(range);
+        let mut span = Span::from(range);
         let Ok(kind) = kind else {
             // One report for a run of strange characters.
             match &mut garbage {
@@ -113,9 +117,18 @@ pub(crate) fn lex(source: &str, diagnostics: &mut Vec<Diagnostic>) -> Lexed {
             continue;
         };
         diagnostics.extend(garbage.take().map(|span| strange(source, span)));
+        if kind == Kind::ForeignComment {
+            let width = if source[span.start..].starts_with('#') { 1 } else { 2 };
+            diagnostics.push(strange(source, Span { start: span.start, end: span.start + width }));
+            continue;
+        }
         if kind == Kind::Comment {
             lexed.comments.push(span);
             continue;
+        }
+        if kind == Kind::End {
+            // What is missing at the end is missing after the last token, not after the comments.
+            span = Span { start: end_of_last, end: end_of_last };
         }
         let begins_line = lexed.tokens.is_empty() || source[end_of_last..span.start].contains('\n');
         lexed.tokens.push(Token { kind, span, begins_line, after_garbage });
@@ -147,7 +160,7 @@ fn strange(source: &str, span: Span) -> Diagnostic {
     let meant = LOOKALIKES.iter().find(|(strange, _)| strange.contains(first)).map(|(_, meant)| *meant);
     let help = match (meant, first) {
         (Some(meant), _) => Some(format!("write `{meant}`")),
-        (None, '#') => Some("a comment begins with `//`".to_owned()),
+        (None, '#' | '/') => Some("a comment begins with `//` and ends with the line".to_owned()),
         (None, _) => None,
     };
     let shown = text.chars().next().filter(|c| c.is_control()).map_or_else(

@@ -14,7 +14,7 @@ use csg_graph::{Graph, GraphBuilder};
 
 use crate::explain;
 use crate::syntax::SyntaxTree;
-use crate::{Diagnostic, Look, Override, SourceMap, parse};
+use crate::{Diagnostic, Look, Override, Parsed, SourceMap, parse};
 use definitions::Definitions;
 use expr::Scope;
 
@@ -54,25 +54,16 @@ pub struct Lowered {
 /// # Errors
 /// Everything that is wrong with the file, in the order of the text.
 pub fn load(source: &str, overrides: &[Override]) -> Result<Lowered, Vec<Diagnostic>> {
-    let parsed = parse(source);
-    let damaged = parsed.has_errors();
-    let mut diagnostics = parsed.diagnostics;
-    let lowered = match lower(&parsed.tree, overrides) {
-        Ok(lowered) if !damaged => {
-            diagnostics.extend(lowered.warnings);
-            Ok(lowered.scene)
-        }
-        Ok(_) => Err(()),
-        Err(more) => {
-            // Where the syntax is damaged, what seems unused may be used in what could not be read.
-            diagnostics.extend(more.into_iter().filter(|diagnostic| !damaged || diagnostic.is_error()));
-            Err(())
-        }
+    let Parsed { tree, diagnostics } = parse(source);
+    let all = |more: Vec<Diagnostic>| {
+        let mut all = diagnostics;
+        all.extend(more);
+        sort(&mut all);
+        all
     };
-    sort(&mut diagnostics);
-    match lowered {
-        Ok(scene) => Ok(Lowered { scene, warnings: diagnostics }),
-        Err(()) => Err(diagnostics),
+    match lower(&tree, overrides) {
+        Ok(Lowered { scene, warnings }) => Ok(Lowered { scene, warnings: all(warnings) }),
+        Err(errors) => Err(all(errors)),
     }
 }
 
@@ -80,8 +71,8 @@ pub fn load(source: &str, overrides: &[Override]) -> Result<Lowered, Vec<Diagnos
 ///
 /// # Errors
 /// If a name means nothing, arguments do not fit, rules are not numbered from 1, the graph is not sound, and so on: all
-/// that could be found, in the order of the text, together with the doubts. A tree with syntax errors has gaps, which
-/// are errors too, though they are not reported again.
+/// that could be found, in the order of the text, together with the doubts. A [damaged](SyntaxTree::is_damaged) tree is an
+/// error by itself, though what [`parse`] said of it is not said again.
 pub fn lower(tree: &SyntaxTree, overrides: &[Override]) -> Result<Lowered, Vec<Diagnostic>> {
     let mut lowering = Lowering {
         tree,
@@ -96,10 +87,9 @@ pub fn lower(tree: &SyntaxTree, overrides: &[Override]) -> Result<Lowered, Vec<D
     let look = lowering.scene_blocks();
     lowering.calculated_parameters();
     let root = lowering.graph_of(&definitions);
-    lowering.unused_parameters();
+    let sound = lowering.is_sound();
 
     let Lowering { builder, sources, mut diagnostics, .. } = lowering;
-    let sound = !diagnostics.iter().any(Diagnostic::is_error);
     let graph = match root {
         Some(root) if sound => builder
             .finish(root)
@@ -126,4 +116,11 @@ struct Lowering<'t> {
     scope: Scope<'t>,
     sources: SourceMap,
     diagnostics: Vec<Diagnostic>,
+}
+
+impl Lowering<'_> {
+    /// Whether nothing is known to be wrong. Until then, what seems unused may be used in what is wrong.
+    fn is_sound(&self) -> bool {
+        !self.tree.is_damaged() && !self.diagnostics.iter().any(Diagnostic::is_error)
+    }
 }

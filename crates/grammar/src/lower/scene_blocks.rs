@@ -67,7 +67,7 @@ impl Lowering<'_> {
         let color = fields.take("color").map(|field| self.color(field));
         let shadow = fields
             .take("shadow")
-            .map(|field| self.number_where(field, "1 or 0", |shadow| shadow == 0.0 || shadow == 1.0));
+            .map(|field| self.number_where(field, "1 or 0", |shadow| [0.0, 1.0].contains(&shadow)));
         let help =
             "`position = (x, y, z)` is a point, `direction = (x, y, z)` the way in which the light travels";
         let source = match (position, direction) {
@@ -127,15 +127,15 @@ impl Lowering<'_> {
     }
 
     fn point(&mut self, field: Assignment) -> Option<DVec3> {
-        self.triple(field, "a point", "finite", |_| true)
+        self.triple(field, "a point", "must be finite", |_| true)
     }
 
     fn direction(&mut self, field: Assignment) -> Option<DVec3> {
-        self.triple(field, "a direction", "not zero", |direction| direction.try_normalize().is_some())
+        self.triple(field, "a direction", "must not be zero", |direction| direction.try_normalize().is_some())
     }
 
     fn color(&mut self, field: Assignment) -> Option<DVec3> {
-        self.triple(field, "a colour", "not negative", |color| color.min_element() >= 0.0)
+        self.triple(field, "a colour", "must not be negative", |color| color.min_element() >= 0.0)
     }
 
     fn triple(
@@ -166,7 +166,7 @@ impl Lowering<'_> {
         if triple.is_finite() && sound(triple) {
             return Some(triple);
         }
-        let message = format!("`{}` is {what} and must be {condition}", tree.text(field.name));
+        let message = format!("`{}` is {what} and {condition}", tree.text(field.name));
         let label = format!("({}, {}, {})", triple.x, triple.y, triple.z);
         self.diagnostics.push(Diagnostic::error(span, message).label(label));
         None

@@ -55,7 +55,10 @@ impl Lowering<'_> {
         }
         let axiom = tree.axiom()?;
         let root = self.term(axiom, definitions, &mut nodes);
-        self.unused_solids(axiom, definitions);
+        if self.is_sound() {
+            self.unused_solids(axiom, definitions);
+            self.unused_parameters();
+        }
         root
     }
 
@@ -148,8 +151,8 @@ impl Lowering<'_> {
                 (self.builder.attribute(AttributeTerm::COLOR.into_iter().zip(exprs), body?), spans)
             }
             PrefixKind::Material(args) => {
-                let (terms, spans) = self.material(args)?;
-                (self.builder.attribute(terms, body?), spans)
+                let (terms, exprs, spans) = self.material(args)?;
+                (self.builder.attribute(terms.into_iter().zip(exprs), body?), spans)
             }
             PrefixKind::Calculation(assignments) if assignments.is_empty() => return body,
             PrefixKind::Calculation(assignments) => {
@@ -168,7 +171,7 @@ impl Lowering<'_> {
         Span { start: prefix.span.start, end: prefix.span.start + name.len() }
     }
 
-    fn material(&mut self, args: &[Assignment]) -> Option<(Vec<(AttributeTerm, Expr)>, Vec<Span>)> {
+    fn material(&mut self, args: &[Assignment]) -> Option<(Vec<AttributeTerm>, Vec<Expr>, Vec<Span>)> {
         let tree = self.tree;
         let mut seen: Vec<(AttributeTerm, Span)> = Vec::new();
         let mut sound = true;
@@ -194,8 +197,8 @@ impl Lowering<'_> {
             seen.push((term, arg.name));
         }
         let (exprs, spans) = self.exprs(args.iter().map(|arg| arg.value))?;
-        let terms = seen.into_iter().map(|(term, _)| term).zip(exprs).collect();
-        sound.then_some((terms, spans))
+        let terms = seen.into_iter().map(|(term, _)| term).collect();
+        sound.then_some((terms, exprs, spans))
     }
 
     fn exprs(&mut self, ids: impl Iterator<Item = ExprId>) -> Option<(Vec<Expr>, Vec<Span>)> {
@@ -230,9 +233,13 @@ impl Lowering<'_> {
             })
             .collect();
         let text = tree.text(name);
-        let help = || format!("`{signature}`: {summary}");
+        let help = || match shape.widths.len() {
+            0 => format!("`{signature}`: {summary}; transformations before it give it size and place"),
+            _ => format!("`{signature}`: {summary}"),
+        };
         if !shape.takes(given.len()) {
             let message = match shape.widths.len() {
+                0 => format!("`{text}` takes no arguments"),
                 _ if shape.open => format!("`{text}` takes points, and there are none"),
                 expected => format!("`{text}` takes {}, not {}", count(expected, "argument"), given.len()),
             };
@@ -244,14 +251,13 @@ impl Lowering<'_> {
             // What is missing in the syntax has been reported there.
             let expected = shape.width(index);
             if *width != expected && !matches!(tree.expr(*arg), syntax::Expr::Missing) {
-                let what = |width| match width {
+                let expected = match expected {
                     1 => "a number".to_owned(),
-                    _ => format!("{width} numbers in parentheses"),
+                    _ => format!("{expected} numbers in parentheses"),
                 };
-                let message =
-                    format!("argument {} of `{text}` is {}, not {}", index + 1, what(expected), what(*width));
+                let message = format!("argument {} of `{text}` is {expected}, not {width}", index + 1);
                 let report = Diagnostic::error(tree.expr_span(*arg), message);
-                self.diagnostics.push(report.label(format!("expected {}", what(expected))).help(help()));
+                self.diagnostics.push(report.label(format!("expected {expected}")).help(help()));
                 return None;
             }
         }

@@ -75,7 +75,7 @@ impl Parser<'_> {
     }
 
     /// `name = value`, from the name.
-    fn assignment(&mut self) -> Option<Assignment> {
+    pub(super) fn assignment(&mut self) -> Option<Assignment> {
         let name = self.advance();
         if self.kind() == Kind::Equal {
             self.report(self.expected("`=`").help("`==` compares; to assign, write `=`"));

@@ -33,17 +33,7 @@ impl Parser<'_> {
             self.report(self.expected("the parameters").help(
                 "a file begins with the initial parameters between braces, `{}` if there are none, and the axiom",
             ));
-            // `n = 8;` before anything else: parameters that lack their braces.
-            while self.kind() == Kind::Name && self.kind_at(self.at + 1) == Kind::Assign {
-                let line = self.at;
-                while self.kind() != Kind::End
-                    && (self.at == line || !self.token().begins_line)
-                    && self.kind() != Kind::CloseBrace
-                {
-                    self.advance();
-                }
-            }
-            self.eat(Kind::CloseBrace);
+            self.parameters_without_braces();
         }
         if self.lacks_axiom() {
             let place = self.previous().after();
@@ -56,6 +46,20 @@ impl Parser<'_> {
         }
         let axiom = self.term();
         self.tree.axiom = Some(axiom);
+    }
+
+    /// `n = 8;` before anything else.
+    fn parameters_without_braces(&mut self) {
+        while self.kind() == Kind::Name && self.kind_at(self.at + 1) == Kind::Assign {
+            let ends = (self.at + 1..self.tokens.len())
+                .find(|at| self.kind_at(*at) == Kind::Semicolon || self.token_at(*at).begins_line);
+            if ends.is_none_or(|end| self.kind_at(end) != Kind::Semicolon) {
+                return;
+            }
+            let assignment = self.assignment();
+            self.tree.parameters.assignments.extend(assignment);
+            self.eat(Kind::Semicolon);
+        }
     }
 
     /// Whether an item begins where the axiom belongs. A name on a line alone is the axiom and no header.
@@ -75,18 +79,28 @@ impl Parser<'_> {
         }
     }
 
-    /// Whether an item begins at a token. Terms end there, however many parentheses are open.
+    /// Whether an item begins at a token after a term. The term ends there, however many parentheses are open.
     pub(super) fn begins_item(&self, at: usize) -> bool {
-        let next = self.kind_at(at + 1);
+        self.surely_begins_item(at) || self.begins_header(at)
+    }
+
+    /// Whether an item begins at a token even where a solid is expected: what is here cannot be one.
+    pub(super) fn surely_begins_item(&self, at: usize) -> bool {
+        let (next, after_next) = (self.kind_at(at + 1), self.kind_at(at + 2));
         match self.kind_at(at) {
-            Kind::Number => next == Kind::Colon || next == Kind::Name && self.kind_at(at + 2) == Kind::Arrow,
+            Kind::Number => next == Kind::Colon || next == Kind::Name && after_next == Kind::Arrow,
             Kind::Name if matches!(next, Kind::Arrow | Kind::Assign) => true,
             Kind::Name if next == Kind::OpenBrace => {
                 let name = self.text_at(at);
                 let unknown = !self.is_defined(name) && !names::is_built_in(name);
                 BLOCKS.contains(&name) || unknown && self.token_at(at).begins_line
             }
-            Kind::Name => self.begins_header(at),
+            // `NAME if(…)` is a header, even if all rules of the symbol are misspelt.
+            Kind::Name if next == Kind::Name && after_next == Kind::OpenParen => {
+                self.token_at(at).begins_line
+                    && !names::is_built_in(self.text_at(at))
+                    && Function::named(self.text_at(at + 1)).is_some()
+            }
             _ => false,
         }
     }
@@ -95,21 +109,11 @@ impl Parser<'_> {
     /// a selection function, which makes it an ornament, a rule of its symbol must follow.
     fn begins_header(&self, at: usize) -> bool {
         let name = self.text_at(at);
-        let (next, after_next) = (self.kind_at(at + 1), self.kind_at(at + 2));
-        if !self.token_at(at).begins_line || names::is_built_in(name) {
+        let name_begins_line = self.kind_at(at) == Kind::Name && self.token_at(at).begins_line;
+        if !name_begins_line || !self.symbols.contains(name) {
             return false;
         }
-        // `NAME if(…)` can be nothing else, even if all rules of the symbol are misspelt.
-        if next == Kind::Name
-            && after_next == Kind::OpenParen
-            && Function::named(self.text_at(at + 1)).is_some()
-        {
-            return true;
-        }
-        if !self.symbols.contains(name) {
-            return false;
-        }
-        match (next, after_next) {
+        match (self.kind_at(at + 1), self.kind_at(at + 2)) {
             (Kind::Number, Kind::Colon) => self.text_at(at + 3) == name,
             (Kind::Name, Kind::Arrow) => self.text_at(at + 1) == name,
             (Kind::Name, _) => !names::is_built_in(self.text_at(at + 1)),

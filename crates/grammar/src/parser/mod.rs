@@ -30,7 +30,7 @@ pub struct Parsed {
 impl Parsed {
     /// Whether something is wrong with the syntax.
     pub fn has_errors(&self) -> bool {
-        self.diagnostics.iter().any(Diagnostic::is_error)
+        self.tree.is_damaged()
     }
 }
 
@@ -91,6 +91,7 @@ impl<'s> Parser<'s> {
     }
 
     fn finish(mut self) -> Parsed {
+        self.tree.damaged = self.diagnostics.iter().any(Diagnostic::is_error);
         self.diagnostics.sort_by_key(|diagnostic| diagnostic.primary.span.start);
         Parsed { tree: self.tree, diagnostics: self.diagnostics }
     }

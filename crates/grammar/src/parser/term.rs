@@ -75,7 +75,7 @@ impl<'s> Parser<'s> {
                 }));
                 None
             }
-            Kind::Name if !self.begins_item(self.at) => {
+            Kind::Name if !self.surely_begins_item(self.at) => {
                 let name = self.advance();
                 if let Some(prefix) = self.prefix(name) {
                     stack.push(Open::Prefix(prefix));
@@ -140,11 +140,18 @@ impl<'s> Parser<'s> {
         }
     }
 
-    /// Whether the parenthesis here holds arguments, and not the factor after a flip.
+    /// Whether the parenthesis here holds arguments, and not the factor after a flip, or a solid after a missing operator.
     fn is_args(&self) -> bool {
         let name = self.text_at(self.at - 1);
-        TransformKind::named(name).is_none_or(|kind| kind.arity() > 0)
-            && (PrimitiveKind::named(name).is_none_or(|kind| kind.arity() != Some(0)))
+        let takes_some = match TransformKind::named(name) {
+            Some(kind) => return kind.arity() > 0,
+            None => {
+                PrimitiveKind::named(name).is_some_and(|kind| kind.arity() != Some(0)) || name == names::COLOR
+            }
+        };
+        let holds_solid = matches!(self.kind_at(self.at + 1), Kind::OpenBrace | Kind::OpenParen)
+            || self.begins_solid(self.at + 1);
+        takes_some || !holds_solid
     }
 
     fn named_args(&mut self) -> (Vec<Assignment>, Span) {
@@ -228,7 +235,7 @@ impl<'s> Parser<'s> {
                 *groups -= 1;
                 continue;
             }
-            if self.kind() == Kind::End || self.begins_item(self.at) {
+            if self.kind() == Kind::End || self.begins_item(self.at) || *groups == 0 && self.is_lost_block() {
                 break;
             }
             if let Some((operator, help)) = meant(self.kind()) {
@@ -257,6 +264,15 @@ impl<'s> Parser<'s> {
             *groups -= 1;
         }
         Some(self.join_operators(stack, term, 0))
+    }
+
+    /// Whether the brace here opens a block of parameters that has no solid after it, and so no place in a term.
+    fn is_lost_block(&self) -> bool {
+        if self.kind() != Kind::OpenBrace || !self.token().begins_line {
+            return false;
+        }
+        let close = (self.at..self.tokens.len()).find(|at| self.kind_at(*at) == Kind::CloseBrace);
+        close.is_some_and(|close| self.kind_at(close + 1) == Kind::End || self.begins_item(close + 1))
     }
 
     fn apply_prefixes(&mut self, stack: &mut Vec<Open>, mut term: TermId) -> TermId {
@@ -301,9 +317,7 @@ impl<'s> Parser<'s> {
         let message = format!("an operator is missing between `{last_word}` and {}", self.found());
         let mut report =
             Diagnostic::error(self.span(), message).label("expected `|`, `&` or `\\` before this");
-        if self.kind() == Kind::OpenParen && last_word.len() < 20 {
-            report = report.help(format!("if these are arguments: `{last_word}` takes none"));
-        } else if self.begins_header_text() {
+        if self.begins_header_text() {
             report = report.help("if this is the header of a symbol, put it on a line of its own");
         } else {
             report = report.help("a union of solids is written `a | b`");

@@ -25,7 +25,7 @@ const WIDTH: usize = 100;
 
 /// Prints a tree so that it parses to the same tree again. Printing what was printed changes nothing.
 ///
-/// The tree must have no syntax errors: what is missing in it is missing in the text.
+/// What is missing in a [damaged](SyntaxTree::is_damaged) tree is missing in the text as well.
 ///
 /// ```
 /// use csg_graph_grammar::{parse, print};
