@@ -1,5 +1,7 @@
 //! Making graphs in Rust: trees, dags and cyclic graphs, without any text.
 
+use std::borrow::Cow;
+
 use crate::liveness::Liveness;
 use crate::node::{
     AttributeNode, AttributeTerm, Calculation, OperatorNode, PrimitiveNode, Symbol, Transformation,
@@ -205,7 +207,7 @@ impl Graph {
                     }
                 }
                 Node::Primitive(_) => {
-                    let folded = fold(self.primitive(id, &self.initial), must)?;
+                    let folded = fold(self.primitive(id, &self.initial).map(Cow::into_owned), must)?;
                     if let Node::Primitive(node) = &mut self.nodes[index] {
                         node.constant = folded;
                     }

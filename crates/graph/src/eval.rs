@@ -3,6 +3,7 @@
 //! A [`State`] is a node with the values of the parameters that are still live there. The solid below a node, in the
 //! node's own frame, depends on its state alone, not on the path: two occurrences with equal states are the same solid.
 
+use std::borrow::Cow;
 use std::fmt;
 
 use crate::node::AttributeTerm;
@@ -145,7 +146,7 @@ impl Graph {
             Node::Transformation(node) => Step::Transform(self.transform(*id, env)?, below(node.body)),
             Node::Attribute(node) => Step::Attribute(self.attributes(*id, env)?, below(node.body)),
             Node::Operator(node) => Step::Operator(node.operator, node.operands.map(below)),
-            Node::Primitive(_) => Step::Primitive(self.primitive(*id, env)?),
+            Node::Primitive(_) => Step::Primitive(self.primitive(*id, env)?.into_owned()),
         })
     }
 
@@ -220,15 +221,16 @@ impl Graph {
     ///
     /// # Panics
     /// If `id` is no primitive node.
-    pub fn primitive(&self, id: NodeId, env: &Env) -> Result<Primitive, EvalError> {
+    pub fn primitive(&self, id: NodeId, env: &Env) -> Result<Cow<'_, Primitive>, EvalError> {
         let Node::Primitive(node) = self.node(id) else { panic!("{id:?} is no primitive node") };
         if let Some(primitive) = &node.constant {
-            return Ok(primitive.clone());
+            return Ok(Cow::Borrowed(primitive));
         }
         let args = self.finite_numbers(id, node.args.iter(), env)?;
-        node.kind
-            .evaluate(&args)
-            .map_err(|fault| self.error(id, None, fault.into(), &node.args.iter().collect::<Vec<_>>(), env))
+        let primitive = node.kind.evaluate(&args).map_err(|fault| {
+            self.error(id, None, fault.into(), &node.args.iter().collect::<Vec<_>>(), env)
+        });
+        primitive.map(Cow::Owned)
     }
 
     /// The values of the attribute node `id` under `env`.
