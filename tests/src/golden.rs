@@ -80,7 +80,11 @@ impl Comparison {
         };
         let count = expected.pixels().zip(actual.pixels()).filter(|pair| differs(*pair)).count();
         let differing = count as f64 / expected.pixels().len() as f64;
-        Some(Self { score: similarity.score, differing, difference: similarity.image.to_color_map().to_rgb8() })
+        Some(Self {
+            score: similarity.score,
+            differing,
+            difference: similarity.image.to_color_map().to_rgb8(),
+        })
     }
 
     /// Whether the pictures count as the same.
@@ -143,7 +147,8 @@ fn list(folder: &Path) -> Result<(BTreeSet<String>, BTreeSet<String>), GoldenErr
     let stem = |file: &PathBuf| file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let is = |file: &PathBuf, extension: &str| file.extension() == Some(OsStr::new(extension));
     let cases: BTreeSet<String> = files.iter().filter(|file| is(file, "args")).map(stem).collect();
-    let strays = files.iter().filter(|file| !is(file, "args") && !(is(file, "png") && cases.contains(&stem(file))));
+    let strays =
+        files.iter().filter(|file| !is(file, "args") && !(is(file, "png") && cases.contains(&stem(file))));
     let strays = strays.map(|file| file.display().to_string()).collect();
     Ok((cases, strays))
 }

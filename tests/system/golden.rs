@@ -20,7 +20,8 @@ fn a_picture_shifted_by_one_pixel_fails() {
     for name in ["sympodial", "sierpinski", "cone_tower", "puzzle_ball"] {
         let expected = accepted(name);
         let width = expected.width();
-        let shifted = RgbImage::from_fn(width, expected.height(), |x, y| *expected.get_pixel((x + 1) % width, y));
+        let shifted =
+            RgbImage::from_fn(width, expected.height(), |x, y| *expected.get_pixel((x + 1) % width, y));
         let comparison = Comparison::new(&expected, &shifted).unwrap();
         assert!(!comparison.passes(), "{name}: {comparison:?}");
         assert!(Comparison::new(&expected, &expected).unwrap().passes(), "{name}");
@@ -55,7 +56,9 @@ fn failures_leave_evidence_and_stray_files_are_found() {
     let report = run(&repository(), folder.path(), &[]).unwrap();
     assert_eq!(report.passed, 0);
     let failures = report.failures.join("\n");
-    for expected in ["stray.png: belongs to no case", "new: no accepted picture", "changed: similarity", "broken: "] {
+    for expected in
+        ["stray.png: belongs to no case", "new: no accepted picture", "changed: similarity", "broken: "]
+    {
         assert!(failures.contains(expected), "{failures}");
     }
     let failed = folder.path().join("failed");

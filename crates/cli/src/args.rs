@@ -78,8 +78,10 @@ pub struct SceneArgs {
 }
 
 fn assignment(text: &str) -> Result<String, String> {
-    let is_assignment = text.split_once('=').is_some_and(|(name, expr)| !(name.trim().is_empty() || expr.trim().is_empty()));
-    if is_assignment { Ok(text.to_owned()) } else { Err("write it as NAME=EXPR, for example cnt=5".to_owned()) }
+    match text.split_once('=') {
+        Some((name, expr)) if !name.trim().is_empty() && !expr.trim().is_empty() => Ok(text.to_owned()),
+        _ => Err("write it as NAME=EXPR, for example cnt=5".to_owned()),
+    }
 }
 
 /// Arguments of `render`.
@@ -138,9 +140,9 @@ impl FromStr for Size {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let parse = |number: &str| number.trim().parse().ok().filter(|number| *number > 0);
-        let size = text.split_once(['x', 'X', '×']).and_then(|(width, height)| {
-            Some(Self { width: parse(width)?, height: parse(height)? })
-        });
+        let size = text
+            .split_once(['x', 'X', '×'])
+            .and_then(|(width, height)| Some(Self { width: parse(width)?, height: parse(height)? }));
         size.ok_or_else(|| "write it as WIDTHxHEIGHT in pixels, for example 800x600".to_owned())
     }
 }

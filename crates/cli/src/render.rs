@@ -26,7 +26,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let picture = Pending::create(&path)?;
     let stats = args.stats.as_deref().map(Pending::create).transpose()?;
     let (image, measured) = trace(args)?;
-    let bytes = encode(&image).map_err(|error| Failure::file(&path, "write it")(std::io::Error::other(error)))?;
+    let bytes =
+        encode(&image).map_err(|error| Failure::file(&path, "write it")(std::io::Error::other(error)))?;
     picture.finish(&bytes)?;
     match stats {
         Some(file) => file.finish(measured.to_json().as_bytes()),
@@ -89,8 +90,11 @@ fn to_image(film: &Film) -> RgbImage {
 
 fn progress_bar(pixels: u64) -> ProgressBar {
     // Not on a terminal, a bar would only fill a log.
-    let target =
-        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let target = if std::io::stderr().is_terminal() {
+        ProgressDrawTarget::stderr()
+    } else {
+        ProgressDrawTarget::hidden()
+    };
     let style = ProgressStyle::with_template("{percent:>3} % {wide_bar} {elapsed} elapsed, {eta} to go");
     ProgressBar::with_draw_target(Some(pixels), target).with_style(style.expect("the template is sound"))
 }

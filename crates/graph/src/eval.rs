@@ -227,9 +227,10 @@ impl Graph {
             return Ok(Cow::Borrowed(primitive));
         }
         let args = self.finite_numbers(id, node.args.iter(), env)?;
-        let primitive = node.kind.evaluate(&args).map_err(|fault| {
-            self.error(id, None, fault.into(), &node.args.iter().collect::<Vec<_>>(), env)
-        });
+        let primitive = node
+            .kind
+            .evaluate(&args)
+            .map_err(|fault| self.error(id, None, fault.into(), &node.args.iter().collect::<Vec<_>>(), env));
         primitive.map(Cow::Owned)
     }
 

@@ -230,7 +230,8 @@ impl<'a> Walk<'a> {
                 }
                 Node::Primitive(_) => {
                     self.counters.primitive_tests += 1;
-                    let spans = shapes::spans(&graph.primitive(at.node, &at.env)?, &at.ray);
+                    let primitive = graph.primitive(at.node, &at.env)?;
+                    let spans = shapes::spans(&primitive, &at.ray);
                     self.meet(&at, mode, &spans);
                     return Ok(());
                 }

@@ -10,9 +10,9 @@ use csg_graph_bounds::{Aabb, HyperBoxes};
 use csg_graph_grammar::Look;
 use csg_graph_trace::{Camera, Light, LightSource, Settings, World};
 
+use crate::Failure;
 use crate::args::{BoxesArg, MethodArg, RenderArgs};
 use crate::load::{Loaded, load};
-use crate::Failure;
 
 /// The size of a picture that nobody asked for, in pixels.
 const DEFAULT_SIZE: u32 = 512;
@@ -88,11 +88,19 @@ impl Stage {
 
 /// The best algorithm whose work is small beside that of a picture.
 fn affordable(analysis: &Analysis) -> MethodArg {
-    if analysis.chain_boxes <= BigUint::from(AFFORDABLE_CHAIN) { MethodArg::Chain } else { MethodArg::Conventional }
+    if analysis.chain_boxes <= BigUint::from(AFFORDABLE_CHAIN) {
+        MethodArg::Chain
+    } else {
+        MethodArg::Conventional
+    }
 }
 
 /// The camera of the file, completed: what is missing of it is taken from the view that frames the solid.
-fn camera(look: &Look, aspect: f64, framed: impl FnOnce() -> Result<Aabb, Failure>) -> Result<Camera, Failure> {
+fn camera(
+    look: &Look,
+    aspect: f64,
+    framed: impl FnOnce() -> Result<Aabb, Failure>,
+) -> Result<Camera, Failure> {
     let asked = look.camera;
     let fov = asked.fov.unwrap_or(Camera::DEFAULT_FOV);
     if let (Some(eye), Some(target)) = (asked.eye, asked.target) {
