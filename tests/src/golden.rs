@@ -148,7 +148,7 @@ fn list(folder: &Path) -> Result<(BTreeSet<String>, BTreeSet<String>), GoldenErr
     let is = |file: &PathBuf, extension: &str| file.extension() == Some(OsStr::new(extension));
     let cases: BTreeSet<String> = files.iter().filter(|file| is(file, "args")).map(stem).collect();
     let strays =
-        files.iter().filter(|file| !is(file, "args") && !(is(file, "png") && cases.contains(&stem(file))));
+        files.iter().filter(|file| !(is(file, "args") || is(file, "png") && cases.contains(&stem(file))));
     let strays = strays.map(|file| file.display().to_string()).collect();
     Ok((cases, strays))
 }

@@ -12,7 +12,8 @@ fn every_picture_is_as_accepted() {
 }
 
 fn accepted(name: &str) -> RgbImage {
-    image::open(repository().join("tests/golden").join(name).with_extension("png")).unwrap().to_rgb8()
+    let path = repository().join("tests/golden").join(name).with_extension("png");
+    image::open(path).expect("the case has an accepted picture").to_rgb8()
 }
 
 #[test]

@@ -13,6 +13,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::Failure;
 use crate::args::RenderArgs;
+use crate::load::{Loaded, load};
 use crate::output::Pending;
 use stage::Stage;
 use stats::Stats;
@@ -22,10 +23,11 @@ const PATIENCE: Duration = Duration::from_millis(700);
 
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let path = args.output.clone().unwrap_or_else(|| picture_path(&args.scene.scene));
-    // Before the work: what cannot be written should not be rendered.
+    let loaded = load(&args.scene)?;
+    // Before the long work: what cannot be written should not be rendered.
     let picture = Pending::create(&path)?;
     let stats = args.stats.as_deref().map(Pending::create).transpose()?;
-    let (image, measured) = trace(args)?;
+    let (image, measured) = trace(loaded, args)?;
     let bytes =
         encode(&image).map_err(|error| Failure::file(&path, "write it")(std::io::Error::other(error)))?;
     picture.finish(&bytes)?;
@@ -40,7 +42,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
 /// # Errors
 /// If the scene has mistakes, which are reported, or asks for what cannot be done.
 pub fn picture(args: &RenderArgs) -> Result<RgbImage, Failure> {
-    trace(args).map(|(image, _)| image)
+    trace(load(&args.scene)?, args).map(|(image, _)| image)
 }
 
 /// A picture as a PNG file.
@@ -60,8 +62,8 @@ fn picture_path(scene: &Path) -> PathBuf {
     name
 }
 
-fn trace(args: &RenderArgs) -> Result<(RgbImage, Stats), Failure> {
-    let stage = Stage::set(args)?;
+fn trace(loaded: Loaded, args: &RenderArgs) -> Result<(RgbImage, Stats), Failure> {
+    let stage = Stage::set(loaded, args)?;
     let world = stage.world();
     let start = Instant::now();
     let bar = progress_bar(u64::from(stage.settings.width) * u64::from(stage.settings.height));

@@ -12,7 +12,7 @@ use csg_graph_trace::{Camera, Light, LightSource, Settings, World};
 
 use crate::Failure;
 use crate::args::{BoxesArg, MethodArg, RenderArgs};
-use crate::load::{Loaded, load};
+use crate::load::Loaded;
 
 /// The size of a picture that nobody asked for, in pixels.
 const DEFAULT_SIZE: u32 = 512;
@@ -35,9 +35,8 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    /// Reads, analyses and bounds the scene.
-    pub(super) fn set(args: &RenderArgs) -> Result<Self, Failure> {
-        let loaded = load(&args.scene)?;
+    /// Analyses and bounds the scene.
+    pub(super) fn set(loaded: Loaded, args: &RenderArgs) -> Result<Self, Failure> {
         let analysis = loaded.analyse()?;
         let look = &loaded.scene.look;
         let (width, height) = match args.size {

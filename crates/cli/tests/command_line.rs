@@ -1,0 +1,264 @@
+//! The program as a stranger meets it: what it prints, where, and with which exit code.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn scene(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name)
+}
+
+fn pcsg(folder: &Path, args: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pcsg"));
+    command.current_dir(folder).args(args).output().expect("the program starts")
+}
+
+/// Runs the program in an empty folder; gives the exit code, both outputs, and the names of the files that it left.
+fn run(args: &[&str]) -> (i32, String, String, Vec<String>) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    run_in(folder.path(), args)
+}
+
+fn run_in(folder: &Path, args: &[&str]) -> (i32, String, String, Vec<String>) {
+    let output = pcsg(folder, args);
+    let text = |bytes| String::from_utf8(bytes).expect("the program speaks UTF-8");
+    let mut files: Vec<_> = fs::read_dir(folder)
+        .expect("the folder is there")
+        .map(|entry| entry.expect("it can be read").file_name().to_string_lossy().into_owned())
+        .collect();
+    files.sort();
+    (output.status.code().expect("no signal"), text(output.stdout), text(output.stderr), files)
+}
+
+fn path(path: &Path) -> &str {
+    path.to_str().expect("the repository is in a folder with a plain name")
+}
+
+#[test]
+fn a_picture_is_named_after_its_scene() {
+    let sierpinski = scene("sierpinski.pcsg");
+    let args = ["render", path(&sierpinski), "--size", "16x12", "--samples", "1", "--set", "n=1"];
+    let (code, out, err, files) = run(&args);
+    assert_eq!((code, out.as_str(), err.as_str()), (0, "", ""));
+    assert_eq!(files, ["sierpinski.png"]);
+}
+
+#[test]
+fn a_picture_and_its_statistics_go_where_they_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let sympodial = scene("sympodial.pcsg");
+    let args = |boxes| {
+        let base =
+            ["render", path(&sympodial), "--set", "cnt=3", "--set", "noleaves = cnt", "--size", "40x30"];
+        [&base[..], &["--samples", "1", "-o", "a.PNG", "--boxes", boxes, "--stats", "a.json"]].concat()
+    };
+    let mut pictures = Vec::new();
+    let mut visited = Vec::new();
+    for boxes in ["none", "conventional", "chain"] {
+        let (code, _, err, files) = run_in(folder.path(), &args(boxes));
+        assert_eq!((code, err.as_str()), (0, ""));
+        assert_eq!(files, ["a.PNG", "a.json"]);
+        pictures.push(fs::read(folder.path().join("a.PNG")).unwrap());
+        let stats: Value = serde_json::from_slice(&fs::read(folder.path().join("a.json")).unwrap()).unwrap();
+        assert_eq!((&stats["boxes"], &stats["rays"]), (&boxes.into(), &1200.into()));
+        visited.push(stats["nodes_visited"].as_u64().unwrap());
+    }
+    assert!(pictures.iter().all(|picture| *picture == pictures[0]));
+    assert!(visited[0] > visited[1] && visited[1] > visited[2], "{visited:?}");
+    let image = image::open(folder.path().join("a.PNG")).unwrap();
+    assert_eq!((image.width(), image.height()), (40, 30));
+}
+
+#[test]
+fn a_failed_render_leaves_the_old_picture_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("old.png"), "old").unwrap();
+    fs::write(folder.path().join("bad.pcsg"), "{} spere").unwrap();
+    let (code, out, err, files) = run_in(folder.path(), &["render", "bad.pcsg", "-o", "old.png"]);
+    assert_eq!((code, out.as_str()), (1, ""));
+    assert!(err.contains("sphere") && err.contains("bad.pcsg:1:4"), "{err}");
+    assert_eq!(files, ["bad.pcsg", "old.png"]);
+    assert_eq!(fs::read(folder.path().join("old.png")).unwrap(), b"old");
+}
+
+#[test]
+fn what_cannot_be_written_is_said_before_the_work() {
+    let tower = scene("cone_tower.pcsg");
+    for output in ["no/such/folder.png", "taken.png"] {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir(folder.path().join("taken.png")).unwrap();
+        let (code, _, err, files) = run_in(folder.path(), &["render", path(&tower), "-o", output]);
+        assert_eq!(code, 1);
+        assert!(err.contains(output) && err.contains("cannot write it"), "{err}");
+        assert_eq!(files, ["taken.png"]);
+    }
+}
+
+#[test]
+fn wrong_usage_ends_with_2() {
+    let tower = scene("cone_tower.pcsg");
+    let tower = path(&tower);
+    let wrong: &[&[&str]] = &[
+        &[],
+        &["draw", tower],
+        &["render"],
+        &["render", tower, "--size", "800"],
+        &["render", tower, "--size", "0x10"],
+        &["render", tower, "--samples", "0"],
+        &["render", tower, "--threads", "0"],
+        &["render", tower, "--view", "pretty"],
+        &["render", tower, "-o", "picture.jpg"],
+        &["render", tower, "--set", "n"],
+        &["bounds", tower, "--method", "magic"],
+        &["check", tower, "--format", "xml"],
+    ];
+    for args in wrong {
+        let (code, out, err, files) = run(args);
+        assert_eq!((code, out.as_str(), files.len()), (2, "", 0), "{args:?}");
+        assert!(!err.is_empty());
+    }
+}
+
+#[test]
+fn mistakes_in_the_input_end_with_1() {
+    let tower = scene("cone_tower.pcsg");
+    let tower = path(&tower);
+    // (arguments, a part of the message)
+    let wrong: &[(&[&str], &str)] = &[
+        (&["check", "missing.pcsg"], "missing.pcsg: cannot read it"),
+        (&["render", "."], "cannot read it"),
+        (&["check", tower, "--set", "m=3"], "`m`"),
+        (&["check", tower, "--set", "n=3+"], "error"),
+        (&["check", tower, "--set", "n=4"], "singular"),
+        (&["check", tower, "--max-states", "10"], "more than 10 states"),
+        (&["bounds", tower, "--max-steps", "10"], "10 steps"),
+        (&["render", tower, "--size", "100000x100000"], "pixels"),
+    ];
+    for (args, expected) in wrong {
+        let (code, out, err, files) = run(args);
+        assert_eq!((code, out.as_str(), files.len()), (1, "", 0), "{args:?}: {err}");
+        assert!(err.contains(expected), "{args:?}: {err}");
+    }
+}
+
+#[test]
+fn text_that_is_not_text_is_said_to_be_so() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("latin.pcsg"), b"{}\n// caf\xe9\nsphere").unwrap();
+    let (code, _, err, _) = run_in(folder.path(), &["check", "latin.pcsg"]);
+    assert_eq!(code, 1);
+    assert!(err.contains("line 2") && err.contains("UTF-8"), "{err}");
+}
+
+#[test]
+fn check_counts_exactly() {
+    let sympodial = scene("sympodial.pcsg");
+    let (code, out, err, _) = run(&["check", path(&sympodial), "--set", "cnt=60", "--format", "json"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    let report: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(report["primitives"], "18446744073709551617");
+    assert_eq!(report["instances"], "139791732433580195842");
+    assert_eq!((&report["states"], &report["distinct_states"]), (&"130".into(), &"67".into()));
+    assert_eq!((&report["depth"], &report["terminates"]), (&66.into(), &true.into()));
+
+    let (code, out, _, _) = run(&["check", path(&sympodial)]);
+    assert_eq!(code, 0);
+    assert!(out.contains("no mistakes") && out.contains("4,097"), "{out}");
+}
+
+#[test]
+fn a_recursion_without_an_end_has_a_counterexample() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("loop.pcsg"), "{ n = 2; } A\nA -> sphere | uscale(1/n) A").unwrap();
+    let (code, out, err, _) = run_in(folder.path(), &["check", "loop.pcsg", "--format", "json"]);
+    assert_eq!(code, 1);
+    assert!(err.contains("never ends"), "{err}");
+    let report: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(report["terminates"], false);
+    assert_eq!(report["counterexample"][0]["symbol"], "A");
+}
+
+#[test]
+fn bounds_are_the_ones_of_the_algorithms() {
+    let cheese = scene("cheese.pcsg");
+    for method in ["conventional", "chain"] {
+        let args = ["bounds", path(&cheese), "--set", "n=2", "--method", method, "--format", "json"];
+        let (code, out, _, _) = run(&args);
+        assert_eq!(code, 0);
+        let report: Value = serde_json::from_str(&out).unwrap();
+        assert_eq!(report["method"], method);
+        for (side, expected) in [("min", -1.0), ("max", 1.0)] {
+            for axis in 0..3 {
+                let found = report["root"][side][axis].as_f64().unwrap();
+                assert!((found - expected).abs() < 1e-9, "{method} {side}: {found}");
+            }
+        }
+        let kinds: Vec<_> =
+            report["nodes"].as_array().unwrap().iter().filter_map(|n| n["kind"].as_str()).collect();
+        for kind in ["S", "C", "T", "union", "difference", "primitive", "attribute"] {
+            assert!(kinds.contains(&kind), "{kinds:?} lacks {kind}");
+        }
+        assert!(report["seconds"].is_number());
+    }
+    let (code, out, _, _) = run(&["bounds", path(&cheese), "--set", "n=1"]);
+    assert_eq!(code, 0);
+    assert!(out.starts_with("chain boxes"), "{out}");
+}
+
+#[test]
+fn the_graph_is_drawn() {
+    let sympodial = scene("sympodial.pcsg");
+    let (code, out, _, _) = run(&["graph", path(&sympodial)]);
+    assert_eq!(code, 0);
+    assert!(out.starts_with("digraph") && out.contains("TR"), "{out}");
+}
+
+#[test]
+fn files_are_printed_checked_and_rewritten_in_the_standard_layout() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.pcsg");
+    fs::write(&file, "{n=1;}A // axiom\nA->sphere|move(n,0,0)cube").unwrap();
+    let (code, printed, _, _) = run_in(folder.path(), &["fmt", "a.pcsg"]);
+    assert_eq!(code, 0);
+    assert!(
+        printed.contains("A -> sphere | move(n, 0, 0) cube") && printed.contains("// axiom"),
+        "{printed}"
+    );
+    assert_eq!(run_in(folder.path(), &["fmt", "--check", "a.pcsg"]).0, 1);
+    assert_eq!(run_in(folder.path(), &["fmt", "--write", "a.pcsg"]).0, 0);
+    assert_eq!(fs::read_to_string(&file).unwrap(), printed);
+    let (code, out, err, files) = run_in(folder.path(), &["fmt", "--check", "a.pcsg"]);
+    assert_eq!((code, out.as_str(), err.as_str()), (0, "", ""));
+    assert_eq!(files, ["a.pcsg"]);
+}
+
+#[test]
+fn a_tower_of_100_000_cones_is_counted_and_bounded() {
+    let tower = scene("cone_tower.pcsg");
+    let (code, out, err, _) = run(&["check", path(&tower), "--set", "n=100000"]);
+    assert_eq!(code, 0, "{err}");
+    assert!(out.contains("100,000"), "{out}");
+    let args = ["bounds", path(&tower), "--set", "n=100000", "--method", "conventional"];
+    let (code, _, err, _) = run(&args);
+    assert_eq!(code, 0, "{err}");
+}
+
+#[test]
+fn completions_and_help_teach() {
+    for shell in ["bash", "zsh", "fish"] {
+        let (code, out, _, _) = run(&["completions", shell]);
+        assert_eq!(code, 0);
+        assert!(out.contains("render"), "{out}");
+    }
+    let (code, out, _, _) = run(&["--help"]);
+    assert_eq!(code, 0);
+    assert!(out.contains("Examples:"), "{out}");
+    let (_, out, _, _) = run(&["render", "--help"]);
+    for option in
+        ["--set", "--size", "--samples", "--threads", "--view", "--boxes", "--stats", "plate", "chain"]
+    {
+        assert!(out.contains(option), "{option} is missing in {out}");
+    }
+}

@@ -1,0 +1,72 @@
+//! The corpus: every scene is right, in the standard layout, and agrees with its unfolded tree.
+
+use std::path::PathBuf;
+
+use csg_graph::Limits;
+use csg_graph_bounds::chain;
+use csg_graph_tests::repository;
+use csg_graph_trace::{Camera, Ray, Walk, brute};
+
+use crate::scene;
+
+fn corpus() -> Vec<(String, PathBuf)> {
+    let mut scenes: Vec<_> = std::fs::read_dir(repository().join("scenes"))
+        .expect("the repository has scenes")
+        .map(|entry| entry.expect("the folder can be read").path())
+        .map(|path| (path.file_stem().unwrap_or_default().to_string_lossy().into_owned(), path))
+        .collect();
+    scenes.sort();
+    scenes
+}
+
+#[test]
+fn every_scene_is_sound_and_in_the_standard_layout() {
+    for (name, path) in corpus() {
+        let source = std::fs::read_to_string(&path).unwrap();
+        let lowered =
+            csg_graph_grammar::load(&source, &[]).unwrap_or_else(|mistakes| panic!("{name}: {mistakes:?}"));
+        assert!(lowered.warnings.is_empty(), "{name}: {:?}", lowered.warnings);
+        assert!(lowered.scene.graph.analyse(&Limits::default()).is_ok(), "{name}");
+        let printed = csg_graph_grammar::print(&csg_graph_grammar::parse(&source).tree);
+        assert_eq!(printed, source, "{name}: run `cargo xtask fmt --write scenes/{name}.pcsg`");
+    }
+}
+
+#[test]
+fn every_scene_has_the_hits_of_its_unfolded_tree() {
+    let smaller = |name: &str| match name {
+        "sympodial" => vec!["cnt = 2".to_owned()],
+        "sierpinski" => vec!["n = 3".to_owned()],
+        "cheese" => vec!["n = 2".to_owned()],
+        _ => vec![],
+    };
+    for (name, _) in corpus() {
+        let scene = scene(&name, &smaller(&name));
+        let tree = scene.graph.unfold(100_000).unwrap();
+        let boxes = chain(&scene.graph, &csg_graph_bounds::Limits::default()).unwrap();
+        let lens = Camera::framing(&boxes.root, 40.0, 1.0).lens(24, 24).unwrap();
+        let mut walk = Walk::new(&scene.graph, Some(&boxes));
+        let (mut hits, mut rays) = (0, 0);
+        for (x, y) in (0..24).flat_map(|y| (0..24).map(move |x| (f64::from(x) + 0.37, f64::from(y) + 0.61))) {
+            let ray: Ray = lens.ray(x, y);
+            let line = brute::line(&tree, &ray);
+            if line.clearance < 1e-6 {
+                // Two boundaries as good as coincide; which one is first is rounding.
+                continue;
+            }
+            rays += 1;
+            let expected = line.crossings.iter().find(|crossing| crossing.t > 0.0);
+            match (walk.nearest(&ray).unwrap(), expected) {
+                (None, None) => {}
+                (Some(hit), Some(crossing)) => {
+                    hits += 1;
+                    assert!((hit.t - crossing.t).abs() < 1e-9 * crossing.t, "{name} at {x} {y}");
+                    assert!(hit.normal.distance(crossing.normal) < 1e-6, "{name} at {x} {y}");
+                    assert_eq!(hit.node, crossing.node, "{name} at {x} {y}");
+                }
+                (found, expected) => panic!("{name} at {x} {y}: {found:?} instead of {expected:?}"),
+            }
+        }
+        assert!(rays > 400 && hits > 20, "{name}: {hits} hits of {rays} rays");
+    }
+}
