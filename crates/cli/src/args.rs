@@ -121,7 +121,7 @@ pub struct RenderArgs {
 /// The limit on bounding.
 #[derive(Debug, Args)]
 pub struct StepsArg {
-    /// The most steps to take for the boxes: nodes visited and boxes computed
+    /// The most steps to take for the boxes: nodes to visit (conventional), boxes to compute (chain)
     #[arg(long, value_name = "N", default_value_t = csg_graph_bounds::Limits::default().steps)]
     pub max_steps: u64,
 }

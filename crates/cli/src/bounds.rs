@@ -3,13 +3,14 @@
 use std::fmt::Write;
 use std::time::Instant;
 
-use csg_graph::{EvalError, Graph};
-use csg_graph_bounds::{Aabb, BoundsError, HyperBoxes, chain, conventional};
+use csg_graph::{Analysis, BigUint, Graph};
+use csg_graph_bounds::{Aabb, HyperBoxes, chain, conventional};
 use glam::DVec3;
 use serde::Serialize;
 
 use crate::args::{BoundsArgs, Format, MethodArg};
-use crate::{Failure, load, print};
+use crate::load::{Loaded, load};
+use crate::{Failure, print};
 
 /// What `bounds --format json` prints. Coordinates without a number are null: an unbounded side, or an empty box.
 #[derive(Serialize)]
@@ -50,23 +51,43 @@ impl MethodArg {
         }
     }
 
-    /// Runs the algorithm.
-    pub(crate) fn compute(self, graph: &Graph, max_steps: u64) -> Result<HyperBoxes, BoundsError<EvalError>> {
-        let mut limits = csg_graph_bounds::Limits::default();
-        limits.steps = max_steps;
-        match self {
+    /// Runs the algorithm; one that is known to take more than `max_steps` is not begun.
+    pub(crate) fn compute(
+        self,
+        loaded: &Loaded,
+        analysis: &Analysis,
+        max_steps: u64,
+    ) -> Result<HyperBoxes, Failure> {
+        let (work, what) = match self {
+            Self::Conventional => (&analysis.instances, "visits every node of the unfolded tree"),
+            Self::Chain => {
+                (&analysis.chain_boxes, "computes a box for every transformation above every primitive")
+            }
+        };
+        if *work > BigUint::from(max_steps) {
+            return Err(loaded.refused(format!(
+                "the {} algorithm {what}: {work} steps, and --max-steps allows {max_steps}; let the recursion end earlier, \
+                 try another method, or raise --max-steps",
+                self.name()
+            )));
+        }
+        // The walk counts nodes and boxes together, which is at most a few times the work.
+        let limits = csg_graph_bounds::Limits::default().with_steps(max_steps.saturating_mul(4));
+        let graph = &loaded.scene.graph;
+        let boxes = match self {
             Self::Conventional => conventional(graph, &limits),
             Self::Chain => chain(graph, &limits),
-        }
+        };
+        boxes.map_err(|error| loaded.refused(error))
     }
 }
 
 pub(crate) fn run(args: &BoundsArgs) -> Result<(), Failure> {
-    let loaded = load::load(&args.scene)?;
-    loaded.analyse()?;
+    let loaded = load(&args.scene)?;
+    let analysis = loaded.analyse()?;
     let graph = &loaded.scene.graph;
     let start = Instant::now();
-    let boxes = args.method.compute(graph, args.limit.max_steps).map_err(|error| loaded.refused(error))?;
+    let boxes = args.method.compute(&loaded, &analysis, args.limit.max_steps)?;
     let seconds = start.elapsed().as_secs_f64();
     print(match args.format {
         Format::Table => table(graph, &boxes, args.method, seconds),

@@ -43,7 +43,11 @@ impl Loaded {
 
     /// Reports why the states cannot be listed.
     pub(crate) fn failure(&self, error: &StatesError) -> Failure {
-        let diagnostics = [self.scene.explain(error)];
+        let mut diagnostic = self.scene.explain(error);
+        if let (StatesError::TooMany { .. }, Some(help)) = (error, &mut diagnostic.help) {
+            help.push_str(" with --max-states");
+        }
+        let diagnostics = [diagnostic];
         report(&self.name, &self.source, &diagnostics);
         mistakes(&self.path, &diagnostics)
     }

@@ -123,8 +123,8 @@ fn wrong_usage_ends_with_2() {
 
 #[test]
 fn mistakes_in_the_input_end_with_1() {
-    let tower = scene("cone_tower.pcsg");
-    let tower = path(&tower);
+    let (tower, sympodial) = (scene("cone_tower.pcsg"), scene("sympodial.pcsg"));
+    let (tower, sympodial) = (path(&tower), path(&sympodial));
     // (arguments, a part of the message)
     let wrong: &[(&[&str], &str)] = &[
         (&["check", "missing.pcsg"], "missing.pcsg: cannot read it"),
@@ -132,8 +132,9 @@ fn mistakes_in_the_input_end_with_1() {
         (&["check", tower, "--set", "m=3"], "`m`"),
         (&["check", tower, "--set", "n=3+"], "error"),
         (&["check", tower, "--set", "n=4"], "singular"),
-        (&["check", tower, "--max-states", "10"], "more than 10 states"),
-        (&["bounds", tower, "--max-steps", "10"], "10 steps"),
+        (&["check", tower, "--max-states", "10"], "--max-states"),
+        (&["bounds", tower, "--max-steps", "10"], "--max-steps allows 10"),
+        (&["bounds", sympodial, "--set", "cnt=60"], "steps"),
         (&["render", tower, "--size", "100000x100000"], "pixels"),
     ];
     for (args, expected) in wrong {

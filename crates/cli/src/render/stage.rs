@@ -52,9 +52,7 @@ impl Stage {
             MethodArg::Chain => BoxesArg::Chain,
             MethodArg::Conventional => BoxesArg::Conventional,
         });
-        let compute = |method: MethodArg| {
-            method.compute(&loaded.scene.graph, args.limit.max_steps).map_err(|error| loaded.refused(error))
-        };
+        let compute = |method: MethodArg| method.compute(&loaded, &analysis, args.limit.max_steps);
         let hyper_boxes = match boxes {
             BoxesArg::None => None,
             BoxesArg::Conventional => Some(compute(MethodArg::Conventional)?),
