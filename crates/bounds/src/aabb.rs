@@ -1,8 +1,8 @@
 //! Axis-aligned boxes, with one canonical empty box and one for the whole space.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
-use crate::rounding::Rounding;
+use crate::rounding::{EVALUATION, LARGEST};
 use crate::scene::Map;
 
 /// A closed axis-aligned box: all points p with `min` ≤ p ≤ `max`.
@@ -106,6 +106,46 @@ impl Aabb {
         2.0 * (face(size.x, size.y) + face(size.y, size.z) + face(size.z, size.x))
     }
 
+    /// The support: the largest d·x over its points x, infinite where it does not end, and −∞ if it is empty.
+    pub fn support(&self, direction: DVec3) -> f64 {
+        if self.is_empty() { f64::NEG_INFINITY } else { self.support_terms(direction).element_sum() }
+    }
+
+    /// What each axis adds to the support of a box that is not empty.
+    fn support_terms(&self, direction: DVec3) -> DVec3 {
+        let along = |d: f64, min: f64, max: f64| {
+            // 0 · ∞ is no extent at all; what is not a number stays so.
+            if d > 0.0 {
+                d * max
+            } else if d < 0.0 {
+                d * min
+            } else {
+                0.0 * d
+            }
+        };
+        let (d, Self { min, max }) = (direction, self);
+        DVec3::new(along(d.x, min.x, max.x), along(d.y, min.y, max.y), along(d.z, min.z, max.z))
+    }
+
+    /// The box in numbers of single precision, rounded outward, so that it encloses this one: `[min, max]`.
+    ///
+    /// What is beyond their range is infinite; the empty box stays empty.
+    ///
+    /// ```
+    /// use csg_graph_bounds::Aabb;
+    /// use glam::DVec3;
+    ///
+    /// let [min, max] = Aabb::new(DVec3::splat(0.1), DVec3::splat(0.5)).to_f32_outward();
+    /// assert!(f64::from(min[0]) < 0.1 && f64::from(min[0].next_up()) > 0.1);
+    /// assert_eq!(max, [0.5; 3]);
+    /// ```
+    pub fn to_f32_outward(self) -> [[f32; 3]; 2] {
+        if self.is_empty() {
+            return [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+        }
+        [self.min.to_array().map(|coordinate| -round_up(-coordinate)), self.max.to_array().map(round_up)]
+    }
+
     /// Its corners.
     pub fn corners(&self) -> [DVec3; 8] {
         let pick = |upper: bool, min: f64, max: f64| if upper { max } else { min };
@@ -118,15 +158,32 @@ impl Aabb {
         })
     }
 
-    /// A box that encloses the image of this one: the box of its eight mapped corners, rounded outward by what the map
-    /// may round (see [`Map`]). The image of the empty box is empty; that of a box that does not end is the whole space.
+    /// A box that encloses the image of this one, and is the least one up to rounding, which goes outward by what
+    /// evaluating the map may err. The image of the empty box is empty. Where coordinates may overflow, or the box has
+    /// no end, neither has the image.
     #[must_use]
     pub fn image<M: Map>(&self, map: &M) -> Self {
         if self.is_empty() {
             return Self::EMPTY;
         }
-        let error = Rounding::of(map).error_above(self.magnitude(), 0.0);
-        Self::from_points(self.corners().map(|corner| map.point(corner))).grown(error)
+        let DAffine3 { matrix3, translation: t } = map.affine();
+        let rows = matrix3.transpose();
+        let faces = |sign: f64| {
+            let face = |row: DVec3, offset: f64| self.support_above(sign * row, sign * offset);
+            DVec3::new(face(rows.x_axis, t.x), face(rows.y_axis, t.y), face(rows.z_axis, t.z))
+        };
+        Self { min: -faces(-1.0), max: faces(1.0) }
+    }
+
+    /// The largest d·x + offset over the points x of the box, rounded up. Infinite if coordinates may overflow.
+    pub(crate) fn support_above(&self, direction: DVec3, offset: f64) -> f64 {
+        let terms = self.support_terms(direction);
+        let magnitude = terms.abs().element_sum() + offset.abs();
+        if magnitude < LARGEST {
+            terms.element_sum() + offset + EVALUATION * magnitude + f64::MIN_POSITIVE
+        } else {
+            f64::INFINITY
+        }
     }
 
     /// The largest coordinate in absolute value; 0 if it is empty.
@@ -141,6 +198,13 @@ impl Aabb {
         }
         Self { min: self.min - margin, max: self.max + margin }
     }
+}
+
+/// The least number of single precision that is not below.
+#[expect(clippy::cast_possible_truncation, reason = "what the rounding takes away is given back")]
+fn round_up(number: f64) -> f32 {
+    let nearest = number as f32;
+    if f64::from(nearest) < number { nearest.next_up() } else { nearest }
 }
 
 #[cfg(test)]
@@ -215,12 +279,40 @@ mod tests {
         assert_eq!(Aabb::EMPTY.image(&shear), Aabb::EMPTY);
         assert_eq!(Aabb::ALL.image(&shear), Aabb::ALL);
         let half = Aabb::new(DVec3::NEG_INFINITY, DVec3::ZERO);
-        assert_eq!(half.image(&shear), Aabb::ALL);
+        let below = half.image(&shear);
+        assert_eq!(below.min, DVec3::NEG_INFINITY);
+        assert!((below.max - DVec3::ONE).abs().max_element() < 1e-14);
         let beyond = DAffine3::from_scale(DVec3::splat(1e200));
         let large = Aabb::new(DVec3::splat(-1e200), DVec3::splat(1e200));
         assert_eq!(large.image(&beyond), Aabb::ALL);
         let broken = DAffine3::from_translation(DVec3::NAN);
         assert_eq!(large.image(&broken), Aabb::ALL);
+    }
+
+    #[test]
+    fn supports() {
+        let slab = Aabb::new(DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 3.0, 4.0));
+        assert_eq!(slab.support(DVec3::new(2.0, -1.0, -0.5)), 2.0 - 1.0);
+        assert_eq!(slab.support(DVec3::ZERO), 0.0);
+        let half = Aabb { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY.with_z(0.5) };
+        assert_eq!(half.support(2.0 * DVec3::Z), 1.0);
+        assert_eq!(half.support(DVec3::NEG_Z), f64::INFINITY);
+        assert_eq!(half.support(DVec3::new(1e-9, 0.0, 1.0)), f64::INFINITY);
+        assert_eq!(Aabb::EMPTY.support(DVec3::ONE), f64::NEG_INFINITY);
+    }
+
+    #[test]
+    fn single_precision_is_rounded_outward() {
+        let numbers = [0.1, -0.1, 1e-60, -1e-60, 1e60, -1e60, 16_777_217.0, 0.5];
+        for min in numbers {
+            for max in numbers.into_iter().filter(|max| *max >= min) {
+                let [lower, upper] = Aabb::new(DVec3::splat(min), DVec3::splat(max)).to_f32_outward();
+                assert!(f64::from(lower[0]) <= min && f64::from(upper[2]) >= max, "{lower:?} {upper:?}");
+                assert!(f64::from(lower[0].next_up()) > min && f64::from(upper[2].next_down()) < max);
+            }
+        }
+        assert_eq!(Aabb::EMPTY.to_f32_outward(), [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]]);
+        assert_eq!(Aabb::ALL.to_f32_outward(), [[f32::NEG_INFINITY; 3], [f32::INFINITY; 3]]);
     }
 
     #[test]

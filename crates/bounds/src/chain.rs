@@ -120,7 +120,7 @@ impl<S: Scene> Method<S> for Chain<S::Map> {
     }
 
     fn enter(&mut self, parent_from_child: S::Map) {
-        let rounding = Rounding::of(&parent_from_child);
+        let rounding = Rounding::of(&parent_from_child.affine());
         self.maps.push((parent_from_child, rounding));
         self.boxes.push(Aabb::EMPTY);
     }

@@ -1,7 +1,7 @@
 //! The cyclic graphs of [`csg_graph`] as scenes.
 
 use csg_graph::{EvalError, Graph, Operator, Primitive, State, Transform};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use crate::{Aabb, Map, PointSet, Scene, Shape, Step};
 
@@ -39,6 +39,10 @@ impl Scene for Graph {
 }
 
 impl Map for Transform {
+    fn affine(&self) -> DAffine3 {
+        self.to_affine()
+    }
+
     fn point(&self, point: DVec3) -> DVec3 {
         Transform::point(self, point)
     }
@@ -66,7 +70,8 @@ impl Shape for Primitive {
             // The sum is rounded, so the next number above it.
             Self::Torus { minor } => turned((1.0 + minor).next_up(), [-minor, *minor]),
             Self::Hull(hull) => Aabb::from_points(hull.points().iter().copied()),
-            // A half-space, and any primitive that this version does not know.
+            Self::HalfSpace => Aabb { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY.with_z(0.0) },
+            // Any primitive that this version does not know.
             _ => Aabb::ALL,
         }
     }
@@ -83,4 +88,31 @@ impl Shape for Primitive {
             _ => PointSet::Unbounded,
         }
     }
+
+    fn support(&self, d: DVec3) -> f64 {
+        match self {
+            Self::Sphere => length(d),
+            Self::Cylinder => length(d.with_z(0.0)) + d.z.max(0.0),
+            Self::Cone => length(d.with_z(0.0)).max(d.z),
+            Self::Frustum { top } => {
+                let across = length(d.with_z(0.0));
+                across.max(top * across + d.z)
+            }
+            Self::Cube => d.abs().element_sum(),
+            Self::Torus { minor } => length(d.with_z(0.0)) + minor * length(d),
+            Self::Hull(hull) => hull.points().iter().map(|p| p.dot(d)).fold(f64::NEG_INFINITY, f64::max),
+            _ => self.bounds().support(d),
+        }
+    }
+}
+
+/// The length of a vector, also where its square is out of range: directions shrink with every contraction on their way
+/// down.
+fn length(v: DVec3) -> f64 {
+    let square = v.length_squared();
+    if square > 1e-280 && square < 1e300 {
+        return square.sqrt();
+    }
+    let largest = v.abs().max_element();
+    if largest > 0.0 && largest.is_finite() { largest * (v / largest).length() } else { largest }
 }

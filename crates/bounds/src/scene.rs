@@ -1,4 +1,4 @@
-//! What the algorithms ask of a scene: a root, what is directly below a state, and the points and boxes of shapes.
+//! What the algorithms ask of a scene: a root, what is directly below a state, and the extents of shapes.
 //!
 //! A scene is a Boolean expression over transformed shapes that is never written out: a tree, a dag, or a recursion
 //! whose parameters say when it ends. A *state* is one node of it together with everything that decides what is below,
@@ -60,17 +60,24 @@ pub enum Step<S: Scene + ?Sized> {
     Difference([S::State; 2]),
 }
 
-/// An affine transformation as a function of points.
+/// An affine transformation, as a function of points and as a matrix.
 ///
-/// The paper's section 3: a chain T₃·T₂·T₁ is applied as T₃(T₂(T₁(p))), so that a translation costs three additions
-/// and not a matrix product.
+/// The paper's section 3: a chain T₃·T₂·T₁ is applied to points as T₃(T₂(T₁(p))), so that a translation costs three
+/// additions and not a matrix product. What goes down a chain instead of up, directions, goes by the matrix.
 pub trait Map {
+    /// The map x ↦ M x + t that this is, from the frame below into the frame above.
+    ///
+    /// Its numbers define the map: boxes enclose what exact arithmetic would make of them.
+    fn affine(&self) -> DAffine3;
+
     /// The image of a point of the frame below, in the frame above.
     ///
-    /// Must be affine, x ↦ M x + t, and in every coordinate within 4 ε (‖M‖ |x| + |t|) of the exact image, where ε is
-    /// [`f64::EPSILON`], |·| is the largest coordinate and ‖M‖ the largest sum of absolute values in a row of M. Every
-    /// straightforward evaluation is: a matrix product with a sum, or any part of one.
-    fn point(&self, point: DVec3) -> DVec3;
+    /// Must be, in every coordinate, within 4 ε (‖M‖ |x| + |t|) of the exact image, where ε is [`f64::EPSILON`], |·| is
+    /// the largest coordinate and ‖M‖ the largest sum of absolute values in a row of M. Every straightforward
+    /// evaluation is: a matrix product with a sum, or any part of one.
+    fn point(&self, point: DVec3) -> DVec3 {
+        self.affine().transform_point3(point)
+    }
 
     /// Maps many points in place, with the same promise.
     ///
@@ -93,11 +100,18 @@ pub trait Shape {
     /// They must *circumscribe*: points on a curved surface give boxes that are too small. The less they stick out, the
     /// tighter are the boxes; the more there are, the longer they take.
     fn point_set(&self) -> PointSet<'_>;
+
+    /// The support of the shape: the largest d·x over its points x, for any finite d, of whatever length.
+    ///
+    /// Must be within 4 ε |d| r of the exact one, where r is the largest distance of a point of [`bounds`](Self::bounds)
+    /// from the origin, but may be larger: the support of anything that encloses the shape will do, if boxes need not
+    /// be as small as they can be. Infinite where the shape has no end; −∞ if it is empty.
+    fn support(&self, direction: DVec3) -> f64;
 }
 
 impl Map for DAffine3 {
-    fn point(&self, point: DVec3) -> DVec3 {
-        self.transform_point3(point)
+    fn affine(&self) -> DAffine3 {
+        *self
     }
 }
 
@@ -115,5 +129,9 @@ impl Shape for Aabb {
         } else {
             PointSet::Unbounded
         }
+    }
+
+    fn support(&self, direction: DVec3) -> f64 {
+        Self::support(self, direction)
     }
 }

@@ -134,8 +134,10 @@ fn primitives_have_their_least_boxes() {
         };
         let primitive = kind.evaluate(args).unwrap();
         if primitive == Primitive::HalfSpace {
-            assert_eq!(primitive.bounds(), Aabb::ALL);
+            assert_eq!(primitive.bounds(), Aabb { max: DVec3::INFINITY.with_z(0.0), ..Aabb::ALL });
             assert_eq!(primitive.point_set(), PointSet::Unbounded);
+            assert!(primitive.support(DVec3::Z).abs() < f64::MIN_POSITIVE);
+            assert!(primitive.support(-DVec3::Z) > f64::MAX);
             continue;
         }
         let axes = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
@@ -146,6 +148,16 @@ fn primitives_have_their_least_boxes() {
         );
         assert!(primitive.bounds().encloses(exact), "{kind:?}");
         assert!(close(primitive.bounds(), exact, 1e-15), "{kind:?} {:?} {exact:?}", primitive.bounds());
+        for d in common::directions().chain(DVec3::AXES) {
+            let exact = common::support_point(&primitive, d).dot(d);
+            assert!((primitive.support(d) - exact).abs() < 1e-14, "{kind:?} {d}");
+            // Directions of any length.
+            for factor in [2.0, 1e-200, 1e-310, 1e200] {
+                let found = primitive.support(factor * d);
+                let error = 4.0 * f64::EPSILON * factor * primitive.bounds().size().length();
+                assert!((found - factor * exact).abs() <= error + 1e-320, "{kind:?} {d} {factor}");
+            }
+        }
         // Along the axes, point sets exceed nothing.
         let PointSet::Points(points) = primitive.point_set() else { panic!("{kind:?} is bounded") };
         assert!(close(Aabb::from_points(points.iter().copied()), exact, 1e-14), "{kind:?}");
