@@ -109,10 +109,10 @@ impl Scene {
                 env.set(param, *value);
             }
         }
-
-        let rule = self.graph.select(state.node, &env).ok()?;
-        let number = symbol.rules.iter().position(|known| *known == rule)? + 1;
-        Some((state.name.clone(), number))
+        let value = symbol.selection.as_ref().map_or(1.0, |selection| selection.evaluate(&env));
+        let is_it = |number: &u32| f64::from(*number).total_cmp(&value).is_eq();
+        let number = (1_u32..).take(symbol.rules.len()).find(is_it)?;
+        Some((state.name.clone(), usize::try_from(number).ok()?))
     }
 
     /// The first parameter that the selection function of a symbol reads.

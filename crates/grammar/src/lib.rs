@@ -27,7 +27,7 @@
 //! |---|---|---|
 //! | [`decode`] | bytes | text |
 //! | [`parse`] | text | [`SyntaxTree`], whatever is wrong with the text |
-//! | [`print`] | [`SyntaxTree`] | text in its canonical spacing, with all comments |
+//! | [`print()`] | [`SyntaxTree`] | text in its canonical spacing, with all comments |
 //! | [`lower`] | [`SyntaxTree`] and [`Override`]s | [`Scene`]: graph, [`SourceMap`], [`Look`] |
 //! | [`load`] | text | the same, with the mistakes of all phases |
 //! | [`Scene::explain`] | an error of the graph | a [`Diagnostic`] |

@@ -1,9 +1,11 @@
 //! What the printer prints parses to the same tree, and printing it again changes nothing.
 
 mod common;
+mod outline;
 
-use common::{outline, random_file};
+use common::random_file;
 use csg_graph_grammar::{parse, print};
+use outline::outline;
 use proptest::prelude::*;
 
 fn check(source: &str) {

@@ -85,7 +85,11 @@ impl<'t> Scope<'t> {
                 },
                 syntax::Expr::Call { name, args } => {
                     let values: Vec<_> = args.iter().map(|arg| take(*arg)).collect();
-                    call(tree.text(*name), *name, span, values, diagnostics)
+                    let complete = !args.iter().any(|arg| matches!(tree.expr(*arg), syntax::Expr::Missing));
+                    let function = function(tree.text(*name), *name, diagnostics);
+                    function
+                        .filter(|_| complete)
+                        .and_then(|function| call(function, span, values, diagnostics))
                 }
                 syntax::Expr::Parenthesised(inside) => take(*inside),
                 syntax::Expr::Tuple(items) => {
@@ -137,24 +141,28 @@ impl<'t> Scope<'t> {
     }
 }
 
-fn call(
-    name: &str,
-    name_span: Span,
-    span: Span,
-    args: Vec<Option<Expr>>,
-    diagnostics: &mut Vec<Diagnostic>,
-) -> Option<Expr> {
-    let Some(function) = Function::named(name) else {
+fn function(name: &str, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Function> {
+    let function = Function::named(name);
+    if function.is_none() {
         let help = match nearest(name, names::functions()) {
             Some(known) => format!("did you mean `{known}`?"),
             None => format!("the functions are {}", names::functions().collect::<Vec<_>>().join(", ")),
         };
-        let report = Diagnostic::error(name_span, format!("unknown function `{name}`"));
+        let report = Diagnostic::error(span, format!("unknown function `{name}`"));
         diagnostics.push(report.label("unknown").help(help));
-        return None;
-    };
+    }
+    function
+}
+
+fn call(
+    function: Function,
+    span: Span,
+    args: Vec<Option<Expr>>,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<Expr> {
     if args.len() != function.arity() {
-        let message = format!("`{name}` takes {}, not {}", count(function.arity(), "argument"), args.len());
+        let takes = count(function.arity(), "argument");
+        let message = format!("`{}` takes {takes}, not {}", function.name(), args.len());
         let help = format!("`{}` is {}", function.signature(), function.summary());
         diagnostics.push(Diagnostic::error(span, message).label(format!("{} here", args.len())).help(help));
         return None;

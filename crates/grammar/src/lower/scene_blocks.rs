@@ -11,7 +11,7 @@ use crate::{Diagnostic, Span};
 /// The most pixels that a side of a picture may have.
 const SIDE: u32 = 65_536;
 /// The most rays a pixel.
-const SAMPLES: u32 = 65_536;
+const SAMPLES: u32 = 4096;
 
 impl Lowering<'_> {
     pub(super) fn scene_blocks(&mut self) -> Look {

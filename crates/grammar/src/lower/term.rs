@@ -224,6 +224,9 @@ impl Lowering<'_> {
         args: &[ExprId],
     ) -> Option<(Vec<Expr>, Vec<Span>)> {
         let tree = self.tree;
+        if args.iter().any(|arg| matches!(tree.expr(*arg), syntax::Expr::Missing)) {
+            return None;
+        }
         let shape = Shape::of(signature);
         let given: Vec<_> = args
             .iter()
@@ -248,9 +251,8 @@ impl Lowering<'_> {
             return None;
         }
         for (index, (arg, width)) in args.iter().zip(&given).enumerate() {
-            // What is missing in the syntax has been reported there.
             let expected = shape.width(index);
-            if *width != expected && !matches!(tree.expr(*arg), syntax::Expr::Missing) {
+            if *width != expected {
                 let expected = match expected {
                     1 => "a number".to_owned(),
                     _ => format!("{expected} numbers in parentheses"),

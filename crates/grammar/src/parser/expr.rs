@@ -179,7 +179,7 @@ impl Parser<'_> {
                         stack.push(Open::Call { name, open, args });
                         return None;
                     }
-                    let close = self.close(open);
+                    let close = self.close_args(open, &mut args);
                     operand = self.tree.push_expr(Expr::Call { name, args }, name.to(close));
                 }
                 Some(Open::Unary(..) | Open::Binary(..)) => unreachable!("`reduce` takes all operators"),
@@ -217,6 +217,17 @@ impl Parser<'_> {
                     .help("write `a < b && b < c`, or parentheses if this is meant"),
             );
         }
+    }
+
+    /// The parenthesis that closes arguments, or where it should be. If it is not there, something is missing among the
+    /// arguments, so that their number says nothing.
+    pub(super) fn close_args(&mut self, open: Span, args: &mut Vec<ExprId>) -> Span {
+        let closed = self.kind() == Kind::CloseParen;
+        let close = self.close(open);
+        if !closed {
+            args.push(self.tree.push_expr(Expr::Missing, close.after()));
+        }
+        close
     }
 
     /// The parenthesis that closes `open`, or where it should be.

@@ -203,8 +203,7 @@ impl Parser<'_> {
     }
 
     fn scene_block(&mut self) {
-        let name = self.advance();
-        let text = &self.source[name.range()];
+        let (name, text) = (self.span(), self.text());
         if !BLOCKS.contains(&text) {
             let help = match nearest(text, BLOCKS) {
                 Some(block) => format!("did you mean `{block}`?"),
@@ -212,8 +211,9 @@ impl Parser<'_> {
             };
             let report =
                 Diagnostic::error(name, format!("unknown block `{text}`")).label("unknown").help(help);
-            self.diagnostics.push(report);
+            self.report(report);
         }
+        self.advance();
         let fields = self.block();
         self.tree.items.push(Item::Scene(SceneBlock { name, fields }));
     }

@@ -7,7 +7,7 @@ use csg_graph::{Operator, PrimitiveKind, TransformKind};
 
 use super::Parser;
 use crate::names::{self, nearest};
-use crate::syntax::{Assignment, ExprId, Prefix, PrefixKind, Term, TermId};
+use crate::syntax::{Assignment, Expr, ExprId, Prefix, PrefixKind, Term, TermId};
 use crate::token::Kind;
 use crate::{Diagnostic, Span};
 
@@ -76,13 +76,14 @@ impl<'s> Parser<'s> {
                 None
             }
             Kind::Name if !self.surely_begins_item(self.at) => {
+                let known = self.reported == Some(self.at);
                 let name = self.advance();
                 if let Some(prefix) = self.prefix(name) {
                     stack.push(Open::Prefix(prefix));
                     return None;
                 }
                 let (args, end) = self.args();
-                if self.misspelt_prefix(name) {
+                if self.misspelt_prefix(name, known) {
                     return None;
                 }
                 Some(self.tree.push_term(Term::Solid { name, args }, name.to(end)))
@@ -127,6 +128,12 @@ impl<'s> Parser<'s> {
     fn args(&mut self) -> (Vec<ExprId>, Span) {
         let mut args = Vec::new();
         let Some(open) = (self.kind() == Kind::OpenParen && self.is_args()).then(|| self.advance()) else {
+            if self.kind() == Kind::Number && names::is_prefix(self.text_at(self.at - 1)) {
+                let help = format!("write `{}({})`", self.text_at(self.at - 1), self.text());
+                self.report(self.expected("`(`").help(help));
+                self.expr();
+                args.push(self.tree.push_expr(Expr::Missing, self.previous().after()));
+            }
             return (args, self.previous());
         };
         if let Some(close) = self.eat(Kind::CloseParen) {
@@ -135,7 +142,8 @@ impl<'s> Parser<'s> {
         loop {
             args.push(self.expr());
             if self.eat(Kind::Comma).is_none() {
-                return (args, self.close(open));
+                let close = self.close_args(open, &mut args);
+                return (args, close);
             }
         }
     }
@@ -186,7 +194,7 @@ impl<'s> Parser<'s> {
 
     /// A name that nothing defines, directly before a solid: a transformation with a slip in it. It is reported here and
     /// taken for a transformation, so that the solid after it makes no second mistake.
-    fn misspelt_prefix(&mut self, name: Span) -> bool {
+    fn misspelt_prefix(&mut self, name: Span, known: bool) -> bool {
         let source: &'s str = self.source;
         let text = &source[name.range()];
         let unknown = !self.is_defined(text) && !names::is_built_in(text);
@@ -204,9 +212,10 @@ impl<'s> Parser<'s> {
                 TransformKind::ALL.iter().map(|kind| kind.name()).collect::<Vec<_>>().join(", ")
             ),
         };
-        self.diagnostics.push(
-            Diagnostic::error(name, format!("unknown transformation `{text}`")).label("unknown").help(help),
-        );
+        if !known {
+            let report = Diagnostic::error(name, format!("unknown transformation `{text}`"));
+            self.diagnostics.push(report.label("unknown").help(help));
+        }
         true
     }
 
@@ -337,9 +346,6 @@ impl<'s> Parser<'s> {
             Kind::Semicolon => self
                 .expected("an operator or the end of the term")
                 .help("a term ends without a semicolon; they are for the assignments between braces"),
-            Kind::Number if names::is_prefix(self.text_at(self.at - 1)) => {
-                self.expected("`(`").help(format!("write `{}(…)`", self.text_at(self.at - 1)))
-            }
             _ => self.expected("an operator or the end of the term"),
         };
         self.report(report);

@@ -111,8 +111,7 @@ impl Printer<'_> {
             .assignments
             .first()
             .is_some_and(|first| self.tree.source()[block.span.start..first.name.start].contains('\n'));
-        let width: usize =
-            block.assignments.iter().map(|assignment| self.widths.assignment(assignment) + 2).sum();
+        let width = self.widths.block(block);
         let commented = self.widths.has_comment(block.span);
         if block.assignments.is_empty() && !commented {
             self.out.word("}");

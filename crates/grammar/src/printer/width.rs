@@ -1,9 +1,9 @@
 //! How wide each part of a tree is on a single line. A part with a comment inside fits no line.
 
 use crate::Span;
-use crate::syntax::{Assignment, Expr, ExprId, Prefix, PrefixKind, SyntaxTree, Term, TermId};
+use crate::syntax::{Assignment, Block, Expr, ExprId, Prefix, PrefixKind, SyntaxTree, Term, TermId};
 
-/// Wider than any line. Sums of it saturate.
+/// Wider than any line. No width exceeds it, so that a few can be added.
 const UNBOUNDED: usize = usize::MAX / 4;
 
 pub(super) struct Widths {
@@ -64,6 +64,11 @@ impl Widths {
         (assignment.name.end - assignment.name.start) + 3 + self.expr(assignment.value)
     }
 
+    /// The assignments of a block.
+    pub(super) fn block(&self, block: &Block) -> usize {
+        sum(block.assignments.iter().map(|assignment| self.assignment(assignment) + 2))
+    }
+
     fn of_expr(&self, tree: &SyntaxTree, expr: &Expr, span: Span) -> usize {
         match expr {
             Expr::Number(_) | Expr::Name => chars(tree, span),
@@ -99,8 +104,7 @@ impl Widths {
 
     /// `(a, b, c)`
     fn list(&self, items: &[ExprId]) -> usize {
-        let sum = items.iter().fold(0_usize, |sum, item| sum.saturating_add(self.expr(*item) + 2));
-        sum.max(2)
+        sum(items.iter().map(|item| self.expr(*item) + 2))
     }
 
     /// `(a = 1, b = 2)` or `{a = 1; b = 2}`
@@ -108,12 +112,17 @@ impl Widths {
         let widths = assignments
             .iter()
             .map(|assignment| chars(tree, assignment.name) + 3 + self.expr(assignment.value) + 2);
-        widths.fold(0_usize, usize::saturating_add).max(2)
+        sum(widths)
     }
 
     fn unless_commented(&self, width: usize, span: Span) -> usize {
         if self.has_comment(span) { UNBOUNDED } else { width.min(UNBOUNDED) }
     }
+}
+
+/// The sum of the widths of a list's items, each with its separator; of an empty list that of its parentheses.
+fn sum(widths: impl Iterator<Item = usize>) -> usize {
+    widths.fold(0, |sum, width| (sum + width).min(UNBOUNDED)).max(2)
 }
 
 fn chars(tree: &SyntaxTree, span: Span) -> usize {
