@@ -39,7 +39,7 @@ pub(crate) fn functions<'a>() -> impl Iterator<Item = &'a str> {
 }
 
 /// What other programs call the things of this language.
-const ELSEWHERE: [(&str, &str); 18] = [
+const ELSEWHERE: [(&str, &str); 17] = [
     ("translate", "move"),
     ("rotate", "rot"),
     ("rotatex", "rotx"),
@@ -55,7 +55,6 @@ const ELSEWHERE: [(&str, &str); 18] = [
     ("prism", "hull"),
     ("polyhedron", "hull"),
     ("log", "ln"),
-    ("mod", "%"),
     ("lerp", "mix"),
     ("background_color", "background"),
 ];
