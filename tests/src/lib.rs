@@ -1,6 +1,4 @@
-//! What the tests of the whole system share with the chores of the repository.
-
-pub mod golden;
+//! Tests of the whole system, in `system`. What they need of the repository is found from here.
 
 use std::path::{Path, PathBuf};
 

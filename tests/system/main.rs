@@ -1,8 +1,8 @@
 //! Tests of the whole system.
 
 mod agreement;
+mod broken;
 mod documents;
-mod golden;
 mod scenes;
 mod witness;
 

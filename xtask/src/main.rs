@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use csg_graph_cli::Command;
-use csg_graph_tests::{golden, repository};
+use xtask::{golden, repository};
 
 /// The commands of pcsg without an installation, and the chores of this repository
 #[derive(Debug, Parser)]

@@ -23,7 +23,9 @@ pub(crate) struct Loaded {
 pub(crate) fn load(args: &SceneArgs) -> Result<Loaded, Failure> {
     let source = read(&args.scene)?;
     let name = args.scene.display().to_string();
-    let mistakes = |diagnostics: Vec<Diagnostic>| {
+    let mistakes = |mut diagnostics: Vec<Diagnostic>| {
+        let foreign = diagnostics.iter_mut().filter_map(|diagnostic| diagnostic.excerpt.as_mut());
+        foreign.for_each(|excerpt| excerpt.name = "--set".to_owned());
         report(&name, &source, &diagnostics);
         mistakes(&args.scene, &diagnostics)
     };
@@ -61,16 +63,10 @@ impl Loaded {
 /// Reads a file as text.
 pub(crate) fn read(path: &Path) -> Result<String, Failure> {
     let bytes = fs::read(path).map_err(Failure::file(path, "read it"))?;
-    String::from_utf8(bytes).map_err(|error| {
-        let valid = error.utf8_error().valid_up_to();
-        let (before, after) = error.as_bytes().split_at(valid);
-        let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
-        let byte = after.first().copied().unwrap_or_default();
-        let reason = format!(
-            "line {line}: the file is not UTF-8 text (byte {byte:#04x}); \
-             was it saved in another encoding, or is it no scene?"
-        );
-        Failure::refused(path, reason)
+    let name = path.display().to_string();
+    csg_graph_grammar::decode(&name, &bytes).map(str::to_owned).map_err(|diagnostic| {
+        report(&name, "", std::slice::from_ref(&diagnostic));
+        mistakes(path, &[*diagnostic])
     })
 }
 

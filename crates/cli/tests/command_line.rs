@@ -150,7 +150,26 @@ fn text_that_is_not_text_is_said_to_be_so() {
     fs::write(folder.path().join("latin.pcsg"), b"{}\n// caf\xe9\nsphere").unwrap();
     let (code, _, err, _) = run_in(folder.path(), &["check", "latin.pcsg"]);
     assert_eq!(code, 1);
-    assert!(err.contains("line 2") && err.contains("UTF-8"), "{err}");
+    assert!(err.contains("latin.pcsg:2:7") && err.contains("UTF-8"), "{err}");
+}
+
+#[test]
+fn every_broken_file_ends_with_1_and_its_message() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/broken");
+    let mut count = 0;
+    for entry in fs::read_dir(folder).expect("the repository has broken files") {
+        let file = entry.expect("the folder can be read").path();
+        if file.extension().is_none_or(|extension| extension != "pcsg") {
+            continue;
+        }
+        let bytes = fs::read(&file).expect("the file can be read");
+        let expects_error = String::from_utf8_lossy(&bytes).lines().any(|line| line.starts_with("//! error"));
+        let (code, _, err, _) = run(&["check", path(&file)]);
+        assert_eq!(code, i32::from(expects_error), "{}: {err}", file.display());
+        assert!(err.contains(path(&file)), "{}: {err}", file.display());
+        count += 1;
+    }
+    assert!(count >= 40, "{count} broken files");
 }
 
 #[test]

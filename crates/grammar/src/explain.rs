@@ -124,9 +124,11 @@ impl Scene {
 }
 
 /// Tells where and why a graph is not sound.
-pub(crate) fn graph_error(sources: &SourceMap, error: &GraphError) -> Diagnostic {
-    match error {
-        GraphError::Constant(error) => evaluation(sources, error),
+pub(crate) fn graph_error(sources: &SourceMap, error: &GraphError) -> Vec<Diagnostic> {
+    let diagnostic = match error {
+        GraphError::Constants { errors } => {
+            return errors.iter().map(|error| evaluation(sources, error)).collect();
+        }
         GraphError::Unbounded { node } => {
             Diagnostic::error(sources.node(*node), "the half-space is not bounded")
                 .label("reaches from the axiom to infinity")
@@ -136,7 +138,8 @@ pub(crate) fn graph_error(sources: &SourceMap, error: &GraphError) -> Diagnostic
             Diagnostic::error(sources.node(*node), error.to_string())
         }
         _ => Diagnostic::error(Default::default(), error.to_string()),
-    }
+    };
+    vec![diagnostic]
 }
 
 fn evaluation(sources: &SourceMap, error: &EvalError) -> Diagnostic {

@@ -1,13 +1,13 @@
 //! Making graphs in Rust: trees, dags and cyclic graphs, without any text.
 
-use std::borrow::Cow;
-
 use crate::liveness::Liveness;
 use crate::node::{
     AttributeNode, AttributeTerm, Calculation, OperatorNode, PrimitiveNode, Symbol, Transformation,
 };
 use crate::validate::{self, GraphError};
-use crate::{Env, EvalError, Expr, Graph, Node, NodeId, Operator, ParamId, PrimitiveKind, TransformKind};
+use crate::{
+    Env, Expr, Graph, Node, NodeId, Operator, ParamId, Primitive, PrimitiveKind, Transform, TransformKind,
+};
 
 /// Collects nodes and parameters, and [finishes](Self::finish) them into a [`Graph`].
 ///
@@ -192,33 +192,33 @@ impl Graph {
     /// them. One that fails and reads no parameter is a mistake wherever it stands; one that reads parameters may be in
     /// a rule that these values never select, and fails when it is reached.
     fn fold_constants(&mut self) -> Result<(), GraphError> {
+        let mut errors = Vec::new();
         for index in 0..self.nodes.len() {
             let id = NodeId::from_index(index);
             let read: Vec<_> = self.nodes[index].exprs().into_iter().flat_map(|expr| expr.params()).collect();
             if read.iter().any(|param| self.liveness.is_assigned(*param)) {
                 continue;
             }
-            let must = read.is_empty();
-            match &self.nodes[index] {
-                Node::Transformation(_) => {
-                    let folded = fold(self.transform(id, &self.initial), must)?;
-                    if let Node::Transformation(node) = &mut self.nodes[index] {
-                        node.constant = folded;
-                    }
-                }
-                Node::Primitive(_) => {
-                    let folded = fold(self.primitive(id, &self.initial).map(Cow::into_owned), must)?;
-                    if let Node::Primitive(node) = &mut self.nodes[index] {
-                        node.constant = folded;
-                    }
-                }
+            let folded = match &self.nodes[index] {
+                Node::Transformation(_) => self.transform(id, &self.initial).map(Constant::Transform),
+                Node::Primitive(_) => self
+                    .primitive(id, &self.initial)
+                    .map(|primitive| Constant::Primitive(primitive.into_owned())),
+                _ => continue,
+            };
+            match (folded, &mut self.nodes[index]) {
+                (Ok(Constant::Transform(value)), Node::Transformation(node)) => node.constant = Some(value),
+                (Ok(Constant::Primitive(value)), Node::Primitive(node)) => node.constant = Some(value),
+                (Err(error), _) if read.is_empty() => errors.push(error),
                 _ => {}
             }
         }
-        Ok(())
+        if errors.is_empty() { Ok(()) } else { Err(GraphError::Constants { errors }) }
     }
 }
 
-fn fold<T>(result: Result<T, EvalError>, must: bool) -> Result<Option<T>, EvalError> {
-    if must { result.map(Some) } else { Ok(result.ok()) }
+/// What a node is wherever it is met.
+enum Constant {
+    Transform(Transform),
+    Primitive(Primitive),
 }

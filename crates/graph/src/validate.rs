@@ -28,9 +28,12 @@ pub enum GraphError {
         /// What the nodes of the cycle are called, from one to itself.
         path: Vec<String>,
     },
-    /// A constant transformation or primitive is not sound.
-    #[error(transparent)]
-    Constant(#[from] EvalError),
+    /// Transformations are singular or primitives without extent, whatever the parameters.
+    #[error("{}", errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
+    Constants {
+        /// All of them, in the order of their nodes.
+        errors: Vec<EvalError>,
+    },
     /// A half-space reaches the root without an intersection or a subtraction that bounds it.
     #[error(
         "the half-space is not bounded: intersect it with a bounded solid, or subtract it from one, \

@@ -89,7 +89,7 @@ fn what_is_singular_or_has_no_extent_is_refused_when_it_is_written_out() {
     let mut b = GraphBuilder::new();
     let ball = b.primitive(PrimitiveKind::Sphere, []);
     let flat = b.transform(TransformKind::Scale, [1.0, 0.0, 1.0].map(Expr::from), ball);
-    let GraphError::Constant(error) = b.finish(flat).unwrap_err() else { panic!() };
+    let error = b.finish(flat).unwrap_err();
     assert_eq!(
         error.to_string(),
         "scale: the transformation scale(1, 0, 1) is singular: it cannot be undone"
@@ -97,8 +97,11 @@ fn what_is_singular_or_has_no_extent_is_refused_when_it_is_written_out() {
 
     let mut b = GraphBuilder::new();
     let ring = b.primitive(PrimitiveKind::Torus, [0.0.into()]);
-    let GraphError::Constant(error) = b.finish(ring).unwrap_err() else { panic!() };
-    assert!(matches!(error.fault, Fault::Primitive(_)), "{error}");
+    let flat = b.primitive(PrimitiveKind::Hull, [0.0; 12].map(Expr::from));
+    let both = b.union([ring, flat]);
+    let GraphError::Constants { errors } = b.finish(both).unwrap_err() else { panic!() };
+    assert_eq!(errors.len(), 2, "all are told at once: {errors:?}");
+    assert!(errors.iter().all(|error| matches!(error.fault, Fault::Primitive(_))), "{errors:?}");
 }
 
 #[test]

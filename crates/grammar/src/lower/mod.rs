@@ -93,7 +93,7 @@ pub fn lower(tree: &SyntaxTree, overrides: &[Override]) -> Result<Lowered, Vec<D
     let graph = match root {
         Some(root) if sound => builder
             .finish(root)
-            .map_err(|error| diagnostics.push(explain::graph_error(&sources, &error)))
+            .map_err(|error| diagnostics.extend(explain::graph_error(&sources, &error)))
             .ok(),
         _ => None,
     };

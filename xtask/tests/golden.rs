@@ -1,8 +1,8 @@
 //! The golden images, and that the comparison finds what it must.
 
-use csg_graph_tests::golden::{Comparison, run};
-use csg_graph_tests::repository;
 use image::RgbImage;
+use xtask::golden::{Comparison, run};
+use xtask::repository;
 
 #[test]
 fn every_picture_is_as_accepted() {

@@ -1,0 +1,13 @@
+//! The chores of this repository, for the program and for the tests.
+
+pub mod golden;
+
+use std::path::{Path, PathBuf};
+
+/// The folder of the repository.
+pub fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .expect("the package is in a folder of the repository")
+        .to_owned()
+}
