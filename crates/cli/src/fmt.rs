@@ -1,8 +1,7 @@
 //! `pcsg fmt`: a scene in the standard layout.
 
 use crate::args::FmtArgs;
-use crate::output::Pending;
-use crate::{Failure, load, print};
+use crate::{Failure, load, output, print};
 
 pub(crate) fn run(args: &FmtArgs) -> Result<(), Failure> {
     let source = load::read(&args.scene)?;
@@ -17,7 +16,7 @@ pub(crate) fn run(args: &FmtArgs) -> Result<(), Failure> {
         (true, _) if printed != source => Err(Failure::Layout { scene: args.scene.clone() }),
         (true, _) => Ok(()),
         (_, true) if printed == source => Ok(()),
-        (_, true) => Pending::create(&args.scene)?.finish(printed.as_bytes()),
+        (_, true) => output::write(&args.scene, printed.as_bytes()),
         _ => print(printed),
     }
 }

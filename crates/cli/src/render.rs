@@ -11,10 +11,9 @@ use csg_graph_trace::{Film, RenderError, render};
 use image::{ImageError, ImageFormat, RgbImage};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::Failure;
 use crate::args::RenderArgs;
 use crate::load::{Loaded, load};
-use crate::output::Pending;
+use crate::{Failure, output};
 use stage::Stage;
 use stats::Stats;
 
@@ -24,17 +23,13 @@ const PATIENCE: Duration = Duration::from_millis(700);
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let path = args.output.clone().unwrap_or_else(|| picture_path(&args.scene.scene));
     let loaded = load(&args.scene)?;
-    // Before the long work: what cannot be written should not be rendered.
-    let picture = Pending::create(&path)?;
-    let stats = args.stats.as_deref().map(Pending::create).transpose()?;
+    output::check_writable(&path)?;
+    args.stats.as_deref().map_or(Ok(()), output::check_writable)?;
     let (image, measured) = trace(loaded, args)?;
     let bytes =
         encode(&image).map_err(|error| Failure::file(&path, "write it")(std::io::Error::other(error)))?;
-    picture.finish(&bytes)?;
-    match stats {
-        Some(file) => file.finish(measured.to_json().as_bytes()),
-        None => Ok(()),
-    }
+    output::write(&path, &bytes)?;
+    args.stats.as_deref().map_or(Ok(()), |stats| output::write(stats, measured.to_json().as_bytes()))
 }
 
 /// The picture that `render` would write.
