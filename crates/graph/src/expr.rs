@@ -8,6 +8,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Rem, Sub};
 
+use crate::vocabulary::vocabulary;
 use crate::{Env, ParamId, angle};
 
 /// An arithmetic expression over parameters.
@@ -79,131 +80,37 @@ pub enum Binary {
     Or,
 }
 
-/// A named function. Angles are degrees.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "`signature` and `summary` describe them, for messages and the reference too"
-)]
-pub enum Function {
-    If,
-    Abs,
-    Sign,
-    Min,
-    Max,
-    Clamp,
-    Mix,
-    Floor,
-    Ceil,
-    Round,
-    Sqrt,
-    Pow,
-    Exp,
-    Ln,
-    Sin,
-    Cos,
-    Tan,
-    Asin,
-    Acos,
-    Atan,
-    Atan2,
+vocabulary! {
+    /// A named function. Angles are degrees.
+    pub enum Function {
+        If: "if(condition, then, else)", "`then` where the condition is not 0, otherwise `else`";
+        Abs: "abs(x)", "the distance from 0";
+        Sign: "sign(x)", "−1, 0 or 1";
+        Min: "min(a, b)", "the smaller";
+        Max: "max(a, b)", "the larger";
+        Clamp: "clamp(x, low, high)", "`x`, but at least `low` and at most `high`";
+        Mix: "mix(a, b, t)", "`a` at t = 0, `b` at t = 1, straight between and beyond";
+        Floor: "floor(x)", "the next integer below";
+        Ceil: "ceil(x)", "the next integer above";
+        Round: "round(x)", "the nearest integer, halves away from 0";
+        Sqrt: "sqrt(x)", "the square root";
+        Pow: "pow(x, y)", "`x ^ y`";
+        Exp: "exp(x)", "e to the power of `x`";
+        Ln: "ln(x)", "the natural logarithm";
+        Sin: "sin(angle)", "the sine";
+        Cos: "cos(angle)", "the cosine";
+        Tan: "tan(angle)", "the tangent";
+        Asin: "asin(x)", "the angle with that sine, −90 to 90";
+        Acos: "acos(x)", "the angle with that cosine, 0 to 180";
+        Atan: "atan(x)", "the angle with that tangent, −90 to 90";
+        Atan2: "atan2(y, x)", "the angle of the point (x, y), −180 to 180";
+    }
 }
 
 impl Function {
-    /// Every function.
-    pub const ALL: &[Self] = &[
-        Self::If,
-        Self::Abs,
-        Self::Sign,
-        Self::Min,
-        Self::Max,
-        Self::Clamp,
-        Self::Mix,
-        Self::Floor,
-        Self::Ceil,
-        Self::Round,
-        Self::Sqrt,
-        Self::Pow,
-        Self::Exp,
-        Self::Ln,
-        Self::Sin,
-        Self::Cos,
-        Self::Tan,
-        Self::Asin,
-        Self::Acos,
-        Self::Atan,
-        Self::Atan2,
-    ];
-
-    /// The name in the language, with its arguments: `if(condition, then, else)`.
-    pub fn signature(self) -> &'static str {
-        match self {
-            Self::If => "if(condition, then, else)",
-            Self::Abs => "abs(x)",
-            Self::Sign => "sign(x)",
-            Self::Min => "min(a, b)",
-            Self::Max => "max(a, b)",
-            Self::Clamp => "clamp(x, low, high)",
-            Self::Mix => "mix(a, b, t)",
-            Self::Floor => "floor(x)",
-            Self::Ceil => "ceil(x)",
-            Self::Round => "round(x)",
-            Self::Sqrt => "sqrt(x)",
-            Self::Pow => "pow(x, y)",
-            Self::Exp => "exp(x)",
-            Self::Ln => "ln(x)",
-            Self::Sin => "sin(angle)",
-            Self::Cos => "cos(angle)",
-            Self::Tan => "tan(angle)",
-            Self::Asin => "asin(x)",
-            Self::Acos => "acos(x)",
-            Self::Atan => "atan(x)",
-            Self::Atan2 => "atan2(y, x)",
-        }
-    }
-
-    /// What it computes, in a line.
-    pub fn summary(self) -> &'static str {
-        match self {
-            Self::If => "`then` where the condition is not 0, otherwise `else`",
-            Self::Abs => "the distance from 0",
-            Self::Sign => "−1, 0 or 1",
-            Self::Min => "the smaller",
-            Self::Max => "the larger",
-            Self::Clamp => "`x`, but at least `low` and at most `high`",
-            Self::Mix => "`a` at t = 0, `b` at t = 1, straight between and beyond",
-            Self::Floor => "the next integer below",
-            Self::Ceil => "the next integer above",
-            Self::Round => "the nearest integer, halves away from 0",
-            Self::Sqrt => "the square root",
-            Self::Pow => "`x ^ y`",
-            Self::Exp => "e to the power of `x`",
-            Self::Ln => "the natural logarithm",
-            Self::Sin => "the sine",
-            Self::Cos => "the cosine",
-            Self::Tan => "the tangent",
-            Self::Asin => "the angle with that sine, −90 to 90",
-            Self::Acos => "the angle with that cosine, 0 to 180",
-            Self::Atan => "the angle with that tangent, −90 to 90",
-            Self::Atan2 => "the angle of the point (x, y), −180 to 180",
-        }
-    }
-
-    /// The name in the language.
-    pub fn name(self) -> &'static str {
-        let signature = self.signature();
-        &signature[..signature.find('(').unwrap_or(signature.len())]
-    }
-
     /// How many arguments it takes.
     pub fn arity(self) -> usize {
         self.signature().matches(',').count() + 1
-    }
-
-    /// The function of that name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|function| function.name() == name)
     }
 
     fn apply(self, args: &[f64]) -> f64 {

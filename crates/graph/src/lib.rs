@@ -77,6 +77,7 @@ mod states;
 mod transform;
 mod unfold;
 mod validate;
+mod vocabulary;
 
 pub use analysis::Analysis;
 pub use build::GraphBuilder;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use crate::vocabulary::vocabulary;
 use crate::{Hull, hull::HullError};
 
 /// A primitive solid with its measures.
@@ -34,26 +35,22 @@ pub enum Primitive {
     HalfSpace,
 }
 
-/// A primitive of the language, before its arguments have values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "`signature` and `summary` describe them, for messages and the reference too"
-)]
-pub enum PrimitiveKind {
-    Sphere,
-    Cylinder,
-    Cone,
-    Frustum,
-    Cube,
-    Torus,
-    Tetrahedron,
-    Octahedron,
-    Dodecahedron,
-    Icosahedron,
-    Hull,
-    HalfSpace,
+vocabulary! {
+    /// A primitive of the language, before its arguments have values.
+    pub enum PrimitiveKind {
+        Sphere: "sphere", "the unit ball at the origin";
+        Cylinder: "cylinder", "radius 1 about the z axis, z from 0 to 1";
+        Cone: "cone", "base radius 1 at z = 0, apex at z = 1";
+        Frustum: "frustum(top)", "a cone cut off: radius 1 at z = 0, radius `top` > 0 at z = 1";
+        Cube: "cube", "[−1, 1]³";
+        Torus: "torus(r)", "major radius 1 about the z axis, minor radius r, 0 < r ≤ 1";
+        Tetrahedron: "tetrahedron", "vertices (1, 1, 1), (1, −1, −1), (−1, 1, −1), (−1, −1, 1)";
+        Octahedron: "octahedron", "vertices ±1 on the axes";
+        Dodecahedron: "dodecahedron", "regular, vertices on the unit sphere, edges along the axes' planes";
+        Icosahedron: "icosahedron", "regular, vertices on the unit sphere, edges along the axes' planes";
+        Hull: "hull((x, y, z), …)", "the convex hull of four or more points, not all in a plane";
+        HalfSpace: "halfspace", "z ≤ 0; unbounded, so legal only where ∩ or \\ bounds it";
+    }
 }
 
 /// Why a primitive has no extent, or too much of it.
@@ -78,64 +75,6 @@ pub enum PrimitiveError {
 }
 
 impl PrimitiveKind {
-    /// Every kind.
-    pub const ALL: &[Self] = &[
-        Self::Sphere,
-        Self::Cylinder,
-        Self::Cone,
-        Self::Frustum,
-        Self::Cube,
-        Self::Torus,
-        Self::Tetrahedron,
-        Self::Octahedron,
-        Self::Dodecahedron,
-        Self::Icosahedron,
-        Self::Hull,
-        Self::HalfSpace,
-    ];
-
-    /// The name in the language, with its arguments: `torus(r)`.
-    pub fn signature(self) -> &'static str {
-        match self {
-            Self::Sphere => "sphere",
-            Self::Cylinder => "cylinder",
-            Self::Cone => "cone",
-            Self::Frustum => "frustum(top)",
-            Self::Cube => "cube",
-            Self::Torus => "torus(r)",
-            Self::Tetrahedron => "tetrahedron",
-            Self::Octahedron => "octahedron",
-            Self::Dodecahedron => "dodecahedron",
-            Self::Icosahedron => "icosahedron",
-            Self::Hull => "hull((x, y, z), …)",
-            Self::HalfSpace => "halfspace",
-        }
-    }
-
-    /// The solid, in a line.
-    pub fn summary(self) -> &'static str {
-        match self {
-            Self::Sphere => "the unit ball at the origin",
-            Self::Cylinder => "radius 1 about the z axis, z from 0 to 1",
-            Self::Cone => "base radius 1 at z = 0, apex at z = 1",
-            Self::Frustum => "a cone cut off: radius 1 at z = 0, radius `top` > 0 at z = 1",
-            Self::Cube => "[−1, 1]³",
-            Self::Torus => "major radius 1 about the z axis, minor radius r, 0 < r ≤ 1",
-            Self::Tetrahedron => "vertices (1, 1, 1), (1, −1, −1), (−1, 1, −1), (−1, −1, 1)",
-            Self::Octahedron => "vertices ±1 on the axes",
-            Self::Dodecahedron => "regular, vertices on the unit sphere, edges along the axes' planes",
-            Self::Icosahedron => "regular, vertices on the unit sphere, edges along the axes' planes",
-            Self::Hull => "the convex hull of four or more points, not all in a plane",
-            Self::HalfSpace => "z ≤ 0; unbounded, so legal only where ∩ or \\ bounds it",
-        }
-    }
-
-    /// The name in the language.
-    pub fn name(self) -> &'static str {
-        let signature = self.signature();
-        &signature[..signature.find('(').unwrap_or(signature.len())]
-    }
-
     /// How many numbers it takes, or `None` for a hull: three a point, as many points as one likes.
     pub fn arity(self) -> Option<usize> {
         match self {
@@ -143,11 +82,6 @@ impl PrimitiveKind {
             Self::Torus | Self::Frustum => Some(1),
             _ => Some(0),
         }
-    }
-
-    /// The kind of that name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|kind| kind.name() == name)
     }
 
     /// The primitive for those arguments. Polyhedra become hulls.

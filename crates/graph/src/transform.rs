@@ -6,6 +6,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::angle;
+use crate::vocabulary::vocabulary;
 
 /// An invertible affine map, as a function of points.
 ///
@@ -125,96 +126,29 @@ impl Transform {
     }
 }
 
-/// A transformation of the language, before its arguments have values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "`signature` and `summary` describe them, for messages and the reference too"
-)]
-pub enum TransformKind {
-    Move,
-    Scale,
-    UScale,
-    RotX,
-    RotY,
-    RotZ,
-    Rot,
-    FlipXy,
-    FlipXz,
-    FlipYz,
-    Shear,
-    Matrix,
+vocabulary! {
+    /// A transformation of the language, before its arguments have values.
+    pub enum TransformKind {
+        Move: "move(x, y, z)", "adds (x, y, z)";
+        Scale: "scale(x, y, z)", "multiplies each coordinate by a factor, none of which is 0";
+        UScale: "uscale(factor)", "multiplies all coordinates by one factor, not 0";
+        RotX: "rotx(angle)", "turns about the x axis, right-handed: y towards z";
+        RotY: "roty(angle)", "turns about the y axis, right-handed: z towards x";
+        RotZ: "rotz(angle)", "turns about the z axis, right-handed: x towards y";
+        Rot: "rot((x, y, z), angle)", "turns about an axis through the origin, right-handed";
+        FlipXy: "flipxy", "mirrors through the xy plane: z → −z";
+        FlipXz: "flipxz", "mirrors through the xz plane: y → −y";
+        FlipYz: "flipyz", "mirrors through the yz plane: x → −x";
+        Shear: "shear(xy, xz, yx, yz, zx, zy)", "x + xy·y + xz·z, y + yx·x + yz·z, z + zx·x + zy·y";
+        Matrix: "matrix((xx, xy, xz, x), (yx, yy, yz, y), (zx, zy, zz, z))", "xx·x + xy·y + xz·z + x, and so on: the rows of an invertible affine matrix";
+    }
 }
 
 impl TransformKind {
-    /// Every kind.
-    pub const ALL: &[Self] = &[
-        Self::Move,
-        Self::Scale,
-        Self::UScale,
-        Self::RotX,
-        Self::RotY,
-        Self::RotZ,
-        Self::Rot,
-        Self::FlipXy,
-        Self::FlipXz,
-        Self::FlipYz,
-        Self::Shear,
-        Self::Matrix,
-    ];
-
-    /// The name in the language, with its arguments: `move(x, y, z)`.
-    pub fn signature(self) -> &'static str {
-        match self {
-            Self::Move => "move(x, y, z)",
-            Self::Scale => "scale(x, y, z)",
-            Self::UScale => "uscale(factor)",
-            Self::RotX => "rotx(angle)",
-            Self::RotY => "roty(angle)",
-            Self::RotZ => "rotz(angle)",
-            Self::Rot => "rot((x, y, z), angle)",
-            Self::FlipXy => "flipxy",
-            Self::FlipXz => "flipxz",
-            Self::FlipYz => "flipyz",
-            Self::Shear => "shear(xy, xz, yx, yz, zx, zy)",
-            Self::Matrix => "matrix((xx, xy, xz, x), (yx, yy, yz, y), (zx, zy, zz, z))",
-        }
-    }
-
-    /// What it does, in a line.
-    pub fn summary(self) -> &'static str {
-        match self {
-            Self::Move => "adds (x, y, z)",
-            Self::Scale => "multiplies each coordinate by a factor, none of which is 0",
-            Self::UScale => "multiplies all coordinates by one factor, not 0",
-            Self::RotX => "turns about the x axis, right-handed: y towards z",
-            Self::RotY => "turns about the y axis, right-handed: z towards x",
-            Self::RotZ => "turns about the z axis, right-handed: x towards y",
-            Self::Rot => "turns about an axis through the origin, right-handed",
-            Self::FlipXy => "mirrors through the xy plane: z → −z",
-            Self::FlipXz => "mirrors through the xz plane: y → −y",
-            Self::FlipYz => "mirrors through the yz plane: x → −x",
-            Self::Shear => "x + xy·y + xz·z, y + yx·x + yz·z, z + zx·x + zy·y",
-            Self::Matrix => "xx·x + xy·y + xz·z + x, and so on: the rows of an invertible affine matrix",
-        }
-    }
-
-    /// The name in the language.
-    pub fn name(self) -> &'static str {
-        let signature = self.signature();
-        &signature[..signature.find('(').unwrap_or(signature.len())]
-    }
-
     /// How many numbers it takes; those of a tuple count one by one.
     pub fn arity(self) -> usize {
         let signature = self.signature();
         if signature.contains('(') { signature.matches(',').count() + 1 } else { 0 }
-    }
-
-    /// The kind of that name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|kind| kind.name() == name)
     }
 
     /// The transformation for those arguments, or `None` if it is singular or not finite.
