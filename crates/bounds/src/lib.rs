@@ -122,6 +122,7 @@ mod limits;
 mod point_set;
 mod rounding;
 mod scene;
+mod volume;
 mod walk;
 
 pub use aabb::Aabb;
@@ -130,6 +131,7 @@ pub use conventional::conventional;
 pub use limits::{BoundsError, Limits};
 pub use point_set::{EXCESS, PointSet};
 pub use scene::{Map, Scene, Shape, Step};
+pub use volume::{CertifiedSphere, Obb, Slabs, Sphere, Volume};
 pub use walk::HyperBoxes;
 
 /// The README's example is a test.
