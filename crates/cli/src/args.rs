@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use csg_graph_trace::View;
+use csg_graph_trace::{MAX_PIXELS, MAX_SAMPLES, View};
 
 /// Recursive solids, from a grammar file to a picture
 ///
@@ -94,20 +94,20 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "OUT.png", value_parser = png_path)]
     pub output: Option<PathBuf>,
     /// Width and height in pixels; without it what the scene says, or 512x512
-    #[arg(long, value_name = "WxH")]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true)]
     pub size: Option<Size>,
     /// Rays a pixel; without it what the scene says, or 4
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
     pub samples: Option<u32>,
     /// Threads; without it, one a core. The picture is the same for any number
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
     /// What the picture shows
     #[arg(long, value_enum, default_value_t)]
     pub view: ViewArg,
     /// Which boxes the rays are tested against; without it chain, or conventional where chain would take too long
     ///
-    /// The picture is the same for all, the time is not.
+    /// Pictures of the solid are the same for all, the time is not; the views plate and cost show what the boxes do.
     #[arg(long, value_enum)]
     pub boxes: Option<BoxesArg>,
     /// How to limit the computation of boxes.
@@ -139,11 +139,15 @@ impl FromStr for Size {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let parse = |number: &str| number.trim().parse().ok().filter(|number| *number > 0);
+        let parse = |number: &str| number.trim().parse().ok().filter(|number: &u32| *number > 0);
         let size = text
             .split_once(['x', 'X', '×'])
-            .and_then(|(width, height)| Some(Self { width: parse(width)?, height: parse(height)? }));
-        size.ok_or_else(|| "write it as WIDTHxHEIGHT in pixels, for example 800x600".to_owned())
+            .and_then(|(width, height)| Some(Self { width: parse(width)?, height: parse(height)? }))
+            .ok_or("write it as WIDTHxHEIGHT in pixels, for example 800x600")?;
+        if u64::from(size.width) * u64::from(size.height) > MAX_PIXELS {
+            return Err(format!("a picture has at most {MAX_PIXELS} pixels"));
+        }
+        Ok(size)
     }
 }
 

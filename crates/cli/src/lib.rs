@@ -41,7 +41,7 @@ pub fn run(command: Command) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) if failure.is_closed_pipe() => ExitCode::SUCCESS,
         Err(failure) => {
-            anstream::eprintln!("\x1b[1;91merror\x1b[0m: {failure}");
+            say(format_args!("\x1b[1;91merror\x1b[0m: {failure}"));
             ExitCode::FAILURE
         }
     }
@@ -51,6 +51,12 @@ fn completions(shell: clap_complete::Shell) -> Result<(), Failure> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "pcsg", &mut script);
     print(&script)
+}
+
+/// Writes a line to standard error, where colours are left out if it is no terminal. Whoever closed it does not want to
+/// know.
+fn say(line: impl std::fmt::Display) {
+    let _ = writeln!(anstream::stderr(), "{line}");
 }
 
 /// Writes a result to standard output.

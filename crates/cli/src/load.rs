@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use csg_graph::{Analysis, Limits, StatesError};
 use csg_graph_grammar::{Diagnostic, Override, Scene};
 
-use crate::Failure;
 use crate::args::SceneArgs;
+use crate::{Failure, say};
 
 /// A scene that has no mistakes so far, with the text that later messages point into.
 pub(crate) struct Loaded {
@@ -73,7 +73,7 @@ pub(crate) fn read(path: &Path) -> Result<String, Failure> {
 /// Writes diagnostics to standard error.
 pub(crate) fn report(name: &str, source: &str, diagnostics: &[Diagnostic]) {
     for diagnostic in diagnostics {
-        anstream::eprintln!("{}\n", diagnostic.render(name, source, true));
+        say(format_args!("{}\n", diagnostic.render(name, source, true)));
     }
 }
 

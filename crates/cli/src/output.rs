@@ -4,8 +4,9 @@
 //! half-written. It is written at once when its content is complete: a program that is interrupted during the long work
 //! before has nothing to clean up.
 
+use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
@@ -13,30 +14,66 @@ use crate::Failure;
 
 /// Fails if the file could not be written: long work should not be for nothing.
 pub(crate) fn check_writable(path: &Path) -> Result<(), Failure> {
-    beside(path).map(drop)
+    match Place::of(path).map_err(Failure::file(path, "write it"))? {
+        Place::File(place) => beside(&place).map(drop),
+        Place::Device => OpenOptions::new().write(true).open(path).map(drop),
+    }
+    .map_err(Failure::file(path, "write it"))
 }
 
 /// Writes the file.
 pub(crate) fn write(path: &Path, content: &[u8]) -> Result<(), Failure> {
-    let mut file = beside(path)?;
-    file.write_all(content).map_err(Failure::file(path, "write it"))?;
-    let placed = file.persist(path);
-    placed.map(drop).map_err(|error| Failure::file(path, "write it")(error.error))
+    let write = || match Place::of(path)? {
+        Place::File(place) => {
+            let mut file = beside(&place)?;
+            file.write_all(content)?;
+            if let Ok(old) = fs::metadata(&place) {
+                file.as_file().set_permissions(old.permissions())?;
+            }
+            file.persist(&place).map(drop).map_err(|error| error.error)
+        }
+        Place::Device => OpenOptions::new().write(true).open(path)?.write_all(content),
+    };
+    write().map_err(Failure::file(path, "write it"))
+}
+
+/// What a path leads to.
+enum Place {
+    /// A file, or where one will be. Links are followed: what they point to is replaced, not they.
+    File(PathBuf),
+    /// Something that takes bytes and cannot be replaced, such as `/dev/stdout`.
+    Device,
+}
+
+impl Place {
+    fn of(path: &Path) -> io::Result<Self> {
+        match fs::metadata(path) {
+            Ok(found) if found.is_dir() => Err(io::Error::other("it is a folder")),
+            Ok(found) if found.is_file() && found.permissions().readonly() => {
+                Err(io::Error::other("it is write-protected"))
+            }
+            Ok(found) if found.is_file() => Ok(Self::File(fs::canonicalize(path)?)),
+            Ok(_) => Ok(Self::Device),
+            Err(_) => Ok(Self::File(path.to_owned())),
+        }
+    }
+}
+
+/// Whether two paths lead to the same file.
+pub(crate) fn is_same(a: &Path, b: &Path) -> bool {
+    a == b || matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
 }
 
 /// A temporary file in the same folder, which is removed when it is dropped.
-fn beside(path: &Path) -> Result<NamedTempFile, Failure> {
+fn beside(path: &Path) -> io::Result<NamedTempFile> {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    if path.is_dir() {
-        return Err(Failure::file(path, "write it")(io::Error::other("it is a folder")));
-    }
     let mut builder = tempfile::Builder::new();
     builder.prefix(".pcsg-").suffix(".part");
     // The usual permissions of a new file, of which the system takes what the user wants to be taken.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder).map_err(Failure::file(path, "write it"))
+    builder.tempfile_in(folder)
 }

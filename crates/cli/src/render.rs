@@ -23,8 +23,14 @@ const PATIENCE: Duration = Duration::from_millis(700);
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let path = args.output.clone().unwrap_or_else(|| picture_path(&args.scene.scene));
     let loaded = load(&args.scene)?;
-    output::check_writable(&path)?;
-    args.stats.as_deref().map_or(Ok(()), output::check_writable)?;
+    let outputs: Vec<&Path> = [Some(path.as_path()), args.stats.as_deref()].into_iter().flatten().collect();
+    for (index, output) in outputs.iter().enumerate() {
+        let taken = outputs[..index].iter().copied().chain([args.scene.scene.as_path()]);
+        if taken.into_iter().any(|taken| output::is_same(taken, output)) {
+            return Err(Failure::refused(output, "it would be written over another file of this command"));
+        }
+        output::check_writable(output)?;
+    }
     let (image, measured) = trace(loaded, args)?;
     let bytes =
         encode(&image).map_err(|error| Failure::file(&path, "write it")(std::io::Error::other(error)))?;

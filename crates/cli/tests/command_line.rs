@@ -97,6 +97,38 @@ fn what_cannot_be_written_is_said_before_the_work() {
 }
 
 #[test]
+fn a_command_does_not_write_over_its_own_files() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.png"), "{} sphere").unwrap();
+    for args in [&["render", "scene.png"][..], &["render", "scene.png", "-o", "a.png", "--stats", "a.png"]] {
+        let (code, _, err, files) = run_in(folder.path(), args);
+        assert_eq!(code, 1, "{err}");
+        assert_eq!(files, ["scene.png"]);
+        assert_eq!(fs::read_to_string(folder.path().join("scene.png")).unwrap(), "{} sphere");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn links_and_permissions_survive() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("real.pcsg");
+    fs::write(&file, "{}sphere").unwrap();
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o600)).unwrap();
+    symlink("real.pcsg", folder.path().join("link.pcsg")).unwrap();
+    assert_eq!(run_in(folder.path(), &["fmt", "--write", "link.pcsg"]).0, 0);
+    assert_eq!(fs::read_to_string(&file).unwrap(), "{} sphere\n");
+    assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
+    assert!(fs::symlink_metadata(folder.path().join("link.pcsg")).unwrap().is_symlink());
+
+    let args = ["render", "real.pcsg", "--size", "4x4", "--samples", "1", "--stats", "/dev/stdout"];
+    let (code, out, err, _) = run_in(folder.path(), &args);
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert!(out.contains("\"rays\": 16"), "{out}");
+}
+
+#[test]
 fn wrong_usage_ends_with_2() {
     let tower = scene("cone_tower.pcsg");
     let tower = path(&tower);
@@ -106,6 +138,9 @@ fn wrong_usage_ends_with_2() {
         &["render"],
         &["render", tower, "--size", "800"],
         &["render", tower, "--size", "0x10"],
+        &["render", tower, "--size", "-1x10"],
+        &["render", tower, "--size", "100000x100000"],
+        &["render", tower, "--samples", "5000"],
         &["render", tower, "--samples", "0"],
         &["render", tower, "--threads", "0"],
         &["render", tower, "--view", "pretty"],
@@ -135,7 +170,6 @@ fn mistakes_in_the_input_end_with_1() {
         (&["check", tower, "--max-states", "10"], "--max-states"),
         (&["bounds", tower, "--max-steps", "10"], "--max-steps allows 10"),
         (&["bounds", sympodial, "--set", "cnt=60"], "steps"),
-        (&["render", tower, "--size", "100000x100000"], "pixels"),
     ];
     for (args, expected) in wrong {
         let (code, out, err, files) = run(args);

@@ -1,14 +1,18 @@
 //! Convex polytopes, by their points and by their faces.
 //!
-//! Every plane through three of the points that has all others on one side is a face. That is cubic in the points times
-//! their number, obviously right, and cheap for the few points that a hull in a grammar has.
+//! Every plane through three of the points that has all others on one side is a face. That is obviously right and, since
+//! most planes are dismissed after a few points, cheap enough for the few points that a hull in a grammar has.
+//!
+//! Rounding is judged in *normalised* coordinates, in which the box of the points is the unit cube: a hull that is a
+//! million times wider than high has the same faces as one that is not. Two planes are one face if the same points lie on
+//! them.
 
 use glam::DVec3;
 
 /// The most points that a hull may have: the search for faces takes a fraction of a second at this size.
 pub const HULL_POINTS: usize = 100;
 
-/// How far from a plane, relative to the size of the hull, a point may lie and still belong to that face.
+/// How far from a plane, in normalised coordinates, a point may lie and still belong to that face.
 const FLATNESS: f64 = 1e-9;
 
 /// The convex hull of points, with its faces.
@@ -72,16 +76,7 @@ impl Hull {
         if let Some(at) = points.iter().position(|p| !p.is_finite()) {
             return Err(HullError::NotFinite { index: at + 1 });
         }
-        let faces = faces(&points);
-        // A flat set has its own plane as a face from both sides.
-        let flat = faces.iter().any(|a| {
-            faces.iter().any(|b| {
-                a.normal.dot(b.normal) < -1.0 + FLATNESS && a.offset + b.offset <= FLATNESS * extent(&points)
-            })
-        });
-        if faces.len() < 4 || flat {
-            return Err(HullError::Flat);
-        }
+        let faces = faces(&points).ok_or(HullError::Flat)?;
         Ok(Self { points, faces })
     }
 
@@ -96,35 +91,63 @@ impl Hull {
     }
 }
 
-/// The largest distance from the first point.
-fn extent(points: &[DVec3]) -> f64 {
-    points.iter().map(|p| p.distance(points[0])).fold(0.0, f64::max)
-}
-
-fn faces(points: &[DVec3]) -> Vec<Face> {
-    let tolerance = FLATNESS * extent(points);
+/// The faces of the hull, or `None` if the points lie in a plane.
+fn faces(points: &[DVec3]) -> Option<Vec<Face>> {
+    let (low, high) =
+        points.iter().fold((points[0], points[0]), |(low, high), p| (low.min(*p), high.max(*p)));
+    let size = high - low;
+    if size.min_element() <= 0.0 {
+        return None;
+    }
+    let normalised: Vec<DVec3> = points.iter().map(|p| (*p - low) / size).collect();
     let mut faces: Vec<Face> = Vec::new();
+    // For each face, which points lie on it, as bits.
+    let mut known: Vec<u128> = Vec::new();
     for i in 0..points.len() {
         for j in i + 1..points.len() {
             for k in j + 1..points.len() {
-                let (a, b) = (points[j] - points[i], points[k] - points[i]);
-                let cross = a.cross(b);
-                // Three points nearly on a line say nothing about a plane.
-                if cross.length() <= FLATNESS * a.length() * b.length() {
+                let Some((normal, on)) = supporting_plane(&normalised, [i, j, k]) else { continue };
+                if known.contains(&on) {
                     continue;
                 }
-                for normal in [cross.normalize(), -cross.normalize()] {
-                    let plane = normal.dot(points[i]);
-                    let offset = points.iter().map(|p| normal.dot(*p)).fold(f64::NEG_INFINITY, f64::max);
-                    let known = |face: &Face| face.normal.distance(normal) < 1e-6;
-                    if offset <= plane + tolerance && !faces.iter().any(known) {
-                        faces.push(Face { normal, offset });
-                    }
+                if on.count_ones() as usize == points.len() {
+                    return None;
                 }
+                known.push(on);
+                // Normals map with the inverse transposed of what maps points.
+                let normal = (normal / size).normalize();
+                let offset = points.iter().map(|p| normal.dot(*p)).fold(f64::NEG_INFINITY, f64::max);
+                faces.push(Face { normal, offset });
             }
         }
     }
-    faces
+    (faces.len() >= 4).then_some(faces)
+}
+
+/// The outward normal of the plane through three points, and which points lie on it, if no point is beyond it.
+fn supporting_plane(points: &[DVec3], corners: [usize; 3]) -> Option<(DVec3, u128)> {
+    let [origin, a, b] = corners.map(|corner| points[corner]);
+    let (a, b) = (a - origin, b - origin);
+    let cross = a.cross(b);
+    // Three points nearly on a line say nothing about a plane.
+    if cross.length() <= FLATNESS * a.length() * b.length() {
+        return None;
+    }
+    let normal = cross.normalize();
+    // On which side of the plane the points are: that of the first one that is not on it.
+    let mut side = 0.0;
+    let mut on = 0;
+    for (index, point) in points.iter().enumerate() {
+        let height = normal.dot(*point - origin);
+        if height.abs() <= FLATNESS {
+            on |= 1 << index;
+        } else if side * height < 0.0 {
+            return None;
+        } else {
+            side = height.signum();
+        }
+    }
+    Some((-side * normal, on))
 }
 
 #[cfg(test)]
@@ -144,6 +167,44 @@ mod tests {
         for point in hull.points() {
             assert!(hull.faces().iter().all(|face| face.normal.dot(*point) <= face.offset));
         }
+    }
+
+    #[test]
+    fn a_hull_that_is_flat_but_solid_keeps_all_its_faces() {
+        // A roof of a million times its height.
+        let roof = |x: f64, y: f64, z: f64| DVec3::new(x * 1e6, y * 1e6, z);
+        let points: Vec<_> = [
+            (-1.0, -1.0, 0.0),
+            (1.0, -1.0, 0.0),
+            (-1.0, 1.0, 0.0),
+            (1.0, 1.0, 0.0),
+            (0.0, -1.0, 0.4),
+            (0.0, 1.0, 0.4),
+        ]
+        .map(|(x, y, z)| roof(x, y, z))
+        .to_vec();
+        let hull = Hull::new(points).unwrap();
+        assert_eq!(hull.faces().len(), 5);
+        let contains = |p: DVec3| hull.faces().iter().all(|face| face.normal.dot(p) <= face.offset);
+        assert!(
+            contains(roof(0.0, 0.0, 0.39))
+                && !contains(roof(0.0, 0.0, 0.41))
+                && !contains(roof(0.5, 0.0, 0.3))
+        );
+    }
+
+    #[test]
+    fn many_points_on_a_sphere_are_all_corners() {
+        let points: Vec<_> = (0..HULL_POINTS)
+            .map(|i| {
+                let (t, z) = (i as f64 * 2.399_963, 1.0 - (2.0 * i as f64 + 1.0) / HULL_POINTS as f64);
+                DVec3::new(libm::cos(t), libm::sin(t), 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z
+            })
+            .collect();
+        let hull = Hull::new(points.clone()).unwrap();
+        // Euler: a polytope of triangles has twice as many faces as corners, less four.
+        assert_eq!(hull.faces().len(), 2 * HULL_POINTS - 4);
+        assert!(points.iter().all(|p| hull.faces().iter().all(|face| face.normal.dot(*p) <= face.offset)));
     }
 
     #[test]
