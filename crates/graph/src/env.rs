@@ -14,7 +14,7 @@ use crate::ParamId;
 #[derive(Clone, Debug)]
 pub struct Env(Arc<[f64]>);
 
-/// The value of an unset parameter. No calculation stores it: a result that is not a number is an error.
+/// The value of an unset parameter. No calculation gives it: a result that is not a number is an error.
 const UNSET: f64 = f64::NAN;
 
 impl Env {
@@ -29,9 +29,10 @@ impl Env {
         (!value.is_nan()).then_some(value)
     }
 
-    /// Gives `param` a value.
+    /// Gives `param` a value; not a number takes it away.
     pub fn set(&mut self, param: ParamId, value: f64) {
-        Arc::make_mut(&mut self.0)[param.index()] = value + 0.0;
+        // Of all that is not a number only one is stored, as of both zeros: equality is by bits.
+        Arc::make_mut(&mut self.0)[param.index()] = if value.is_nan() { UNSET } else { value + 0.0 };
     }
 
     /// Takes the value of `param` away.

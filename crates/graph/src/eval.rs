@@ -46,6 +46,20 @@ pub enum Step {
     Primitive(Primitive),
 }
 
+impl Step {
+    /// The states below, in order.
+    pub fn into_states(self) -> [Option<State>; 2] {
+        match self {
+            Self::Select(state)
+            | Self::Calculate(state)
+            | Self::Transform(_, state)
+            | Self::Attribute(_, state) => [Some(state), None],
+            Self::Operator(_, states) => states.map(Some),
+            Self::Primitive(_) => [None, None],
+        }
+    }
+}
+
 /// An evaluation that has no result. It names the node, the expression, and the values that led there.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}: {fault}{}", at.label, ParamValues(.values))]
@@ -93,6 +107,14 @@ pub enum Fault {
     /// A transformation maps space onto a plane, a line or a point, or beyond what numbers hold.
     #[error("the transformation {0} is singular: it cannot be undone")]
     Singular(String),
+    /// An attribute is below 0.
+    #[error("{} is {value}, and attributes are not negative", term.name())]
+    Negative {
+        /// The attribute.
+        term: AttributeTerm,
+        /// Its value.
+        value: f64,
+    },
     /// A primitive has no extent.
     #[error(transparent)]
     Primitive(#[from] PrimitiveError),
@@ -127,6 +149,12 @@ impl Graph {
             }
         }
         State { node, env }
+    }
+
+    /// The live parameters of a state that have values, in the order of their declaration.
+    pub fn live_values(&self, state: &State) -> Vec<(String, f64)> {
+        let live = self.live_params(state.node());
+        live.filter_map(|param| Some((self.param_name(param).to_owned(), state.env().get(param)?))).collect()
     }
 
     /// What the node of `state` is there, with the states below it.
@@ -237,13 +265,19 @@ impl Graph {
     /// The values of the attribute node `id` under `env`.
     ///
     /// # Errors
-    /// If a value is not finite.
+    /// If a value is not finite, or negative.
     ///
     /// # Panics
     /// If `id` is no attribute node.
     pub fn attributes(&self, id: NodeId, env: &Env) -> Result<Vec<(AttributeTerm, f64)>, EvalError> {
         let Node::Attribute(node) = self.node(id) else { panic!("{id:?} is no attribute node") };
         let values = self.finite_numbers(id, node.terms.iter().map(|(_, expr)| expr), env)?;
+        for (index, ((term, expr), value)) in node.terms.iter().zip(&values).enumerate() {
+            if *value < 0.0 {
+                let fault = Fault::Negative { term: *term, value: *value };
+                return Err(self.error(id, Some(index), fault, &[expr], env));
+            }
+        }
         Ok(node.terms.iter().map(|(term, _)| *term).zip(values).collect())
     }
 

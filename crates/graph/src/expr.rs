@@ -90,8 +90,8 @@ vocabulary! {
         Max: "max(a, b)", "the larger";
         Clamp: "clamp(x, low, high)", "`x`, but at least `low` and at most `high`";
         Mix: "mix(a, b, t)", "`a` at t = 0, `b` at t = 1, straight between and beyond";
-        Floor: "floor(x)", "the next integer below";
-        Ceil: "ceil(x)", "the next integer above";
+        Floor: "floor(x)", "the largest integer not above `x`";
+        Ceil: "ceil(x)", "the smallest integer not below `x`";
         Round: "round(x)", "the nearest integer, halves away from 0";
         Sqrt: "sqrt(x)", "the square root";
         Pow: "pow(x, y)", "`x ^ y`";

@@ -9,7 +9,7 @@ use std::fmt;
 use rustc_hash::FxHashMap;
 
 use crate::eval::ParamValues;
-use crate::{EvalError, Graph, Node, NodeId, State, Step};
+use crate::{EvalError, Graph, Node, NodeId, State};
 
 /// What an analysis may use before it gives up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,7 +68,7 @@ pub enum StatesError {
         path: Vec<SymbolState>,
     },
     /// There are more states than the limit allows, or infinitely many.
-    #[error("more than {limit} states: does the recursion end? {}", Path(.path))]
+    #[error("more than {limit} states: does the recursion end? … → {}", Path(&.path[.path.len().saturating_sub(3)..]))]
     TooMany {
         /// The limit.
         limit: usize,
@@ -113,6 +113,16 @@ struct Frame {
     pending: [Option<State>; 2],
     /// The indices of those that were.
     children: [Option<u32>; 2],
+    /// Which of both is next.
+    next: usize,
+}
+
+impl Frame {
+    /// The next state below has that index.
+    fn found(&mut self, index: u32) {
+        self.children[self.next] = Some(index);
+        self.next += 1;
+    }
 }
 
 enum Mark {
@@ -134,10 +144,9 @@ impl Graph {
         marks.insert(root.clone(), Mark::OnPath);
         let mut path = vec![self.open(root)?];
         while let Some(frame) = path.last_mut() {
-            let slot = usize::from(frame.children[0].is_some());
-            if let Some(next) = frame.pending[slot].take() {
+            if let Some(next) = frame.pending.get_mut(frame.next).and_then(Option::take) {
                 match marks.get(&next) {
-                    Some(Mark::Done(index)) => frame.children[slot] = Some(*index),
+                    Some(Mark::Done(index)) => frame.found(*index),
                     Some(Mark::OnPath) => return Err(self.endless(&path, &next)),
                     None if marks.len() >= limits.states => return Err(self.too_many(&path, limits.states)),
                     None => {
@@ -151,8 +160,7 @@ impl Graph {
                 found.children.push(children);
                 marks.insert(state, Mark::Done(index));
                 if let Some(parent) = path.last_mut() {
-                    let slot = usize::from(parent.children[0].is_some());
-                    parent.children[slot] = Some(index);
+                    parent.found(index);
                 }
             }
         }
@@ -161,7 +169,7 @@ impl Graph {
 
     fn open(&self, state: State) -> Result<Frame, EvalError> {
         let pending = self.step(&state)?.into_states();
-        Ok(Frame { state, pending, children: [None; 2] })
+        Ok(Frame { state, pending, children: [None; 2], next: 0 })
     }
 
     fn endless(&self, path: &[Frame], again: &State) -> StatesError {
@@ -193,25 +201,5 @@ impl Graph {
                 values: self.live_values(state),
             })
             .collect()
-    }
-
-    /// The live parameters of a state that have values, in the order of their declaration.
-    pub fn live_values(&self, state: &State) -> Vec<(String, f64)> {
-        let live = self.live_params(state.node());
-        live.filter_map(|param| Some((self.param_name(param).to_owned(), state.env().get(param)?))).collect()
-    }
-}
-
-impl Step {
-    /// The states below, in order.
-    pub fn into_states(self) -> [Option<State>; 2] {
-        match self {
-            Self::Select(state)
-            | Self::Calculate(state)
-            | Self::Transform(_, state)
-            | Self::Attribute(_, state) => [Some(state), None],
-            Self::Operator(_, states) => states.map(Some),
-            Self::Primitive(_) => [None, None],
-        }
     }
 }
