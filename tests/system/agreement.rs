@@ -25,7 +25,7 @@ fn picture(name: &str, set: &[String], boxes: Choice, threads: usize) -> (Film, 
     };
     let settings = Settings { width: 64, height: 64, samples: 2, view: View::Shaded };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
-    pool.install(|| render(&world, &settings, &|_, _| {})).expect("the scene renders")
+    pool.install(|| render(&world, &settings, &|_| {})).expect("the scene renders")
 }
 
 #[derive(Clone, Copy)]

@@ -68,7 +68,7 @@ fn trace(loaded: Loaded, args: &RenderArgs) -> Result<(RgbImage, Stats), Failure
     let world = stage.world();
     let start = Instant::now();
     let bar = progress_bar(u64::from(stage.settings.width) * u64::from(stage.settings.height));
-    let shown = |done: u64, _total: u64| {
+    let shown = |done: u64| {
         if start.elapsed() > PATIENCE {
             bar.set_position(done);
         }

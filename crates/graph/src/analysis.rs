@@ -7,7 +7,7 @@
 use num_bigint::BigUint;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::{EvalError, Graph, Limits, Node, Operator, Primitive, State, StateGraph, StatesError, Step};
+use crate::{EvalError, Graph, Limits, Node, Operator, State, StateGraph, StatesError, Step};
 
 /// The static analysis of a graph. It exists only for a graph whose recursion ends and whose every reachable expression
 /// has a value.
@@ -143,16 +143,7 @@ fn fingerprint(step: &Step) -> Vec<u64> {
         Step::Operator(Operator::Union, _) => (4, vec![]),
         Step::Operator(Operator::Intersection, _) => (5, vec![]),
         Step::Operator(Operator::Difference, _) => (6, vec![]),
-        Step::Primitive(Primitive::Sphere) => (7, vec![]),
-        Step::Primitive(Primitive::Cylinder) => (8, vec![]),
-        Step::Primitive(Primitive::Cone) => (9, vec![]),
-        Step::Primitive(Primitive::Frustum { top }) => (10, vec![*top]),
-        Step::Primitive(Primitive::Cube) => (11, vec![]),
-        Step::Primitive(Primitive::Torus { minor }) => (12, vec![*minor]),
-        Step::Primitive(Primitive::Hull(hull)) => {
-            (13, hull.points().iter().flat_map(|p| p.to_array()).collect())
-        }
-        Step::Primitive(Primitive::HalfSpace) => (14, vec![]),
+        Step::Primitive(primitive) => (7, primitive.words()),
     };
     std::iter::once(kind).chain(numbers.into_iter().map(f64::to_bits)).collect()
 }

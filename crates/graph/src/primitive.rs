@@ -53,6 +53,24 @@ vocabulary! {
     }
 }
 
+impl Primitive {
+    /// Numbers that are equal for equal primitives and for no others.
+    pub(crate) fn words(&self) -> Vec<f64> {
+        match self {
+            Self::Sphere => vec![0.0],
+            Self::Cylinder => vec![1.0],
+            Self::Cone => vec![2.0],
+            Self::Frustum { top } => vec![3.0, *top],
+            Self::Cube => vec![4.0],
+            Self::Torus { minor } => vec![5.0, *minor],
+            Self::Hull(hull) => {
+                std::iter::once(6.0).chain(hull.points().iter().flat_map(|p| p.to_array())).collect()
+            }
+            Self::HalfSpace => vec![7.0],
+        }
+    }
+}
+
 /// Why a primitive has no extent, or too much of it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]

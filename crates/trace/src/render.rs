@@ -85,7 +85,7 @@ pub enum RenderError {
 
 /// Makes the picture, on the threads of the rayon pool that it is called in.
 ///
-/// `progress` is called now and then, from any of the threads, with the number of pixels done and of all. The graph must
+/// `progress` is called now and then, from any of the threads, with the number of pixels done. The graph must
 /// unfold into something finite (`Graph::analyse` tells), or a ray may never come back.
 ///
 /// # Errors
@@ -96,7 +96,7 @@ pub enum RenderError {
 pub fn render(
     world: &World<'_>,
     settings: &Settings,
-    progress: &(dyn Fn(u64, u64) + Sync),
+    progress: &(dyn Fn(u64) + Sync),
 ) -> Result<(Film, Counters), RenderError> {
     let Settings { width, height, samples, view } = *settings;
     let total = u64::from(width) * u64::from(height);
@@ -116,7 +116,7 @@ pub fn render(
             |walk, index| {
                 let tile = painter.tile(walk, index)?;
                 let pixels = tile.pixels.len() as u64;
-                progress(done.fetch_add(pixels, Ordering::Relaxed) + pixels, total);
+                progress(done.fetch_add(pixels, Ordering::Relaxed) + pixels);
                 Ok(tile)
             },
         )
@@ -196,7 +196,10 @@ impl Painter<'_> {
                 (View::Plate, None) => exposure.missed(walk.missed_depth(), extremes),
                 (View::Normal, Some(hit)) => exposure.normal(hit.normal),
                 (View::Depth, Some(hit)) => exposure.depth(hit.t, extremes),
-                (View::Cost, Some(hit)) => drop(shade(walk, lights, &ray, hit)?),
+                // For what its shadow rays cost.
+                (View::Cost, Some(hit)) => {
+                    shade(walk, lights, &ray, hit)?;
+                }
                 (View::Normal | View::Depth | View::Cost, None) => {}
             }
         }

@@ -38,7 +38,7 @@ fn world<'a>(graph: &'a Graph, boxes: &'a HyperBoxes) -> World<'a> {
 }
 
 fn picture(world: &World<'_>, settings: &Settings) -> Film {
-    render(world, settings, &|_, _| {}).expect("a picture").0
+    render(world, settings, &|_| {}).expect("a picture").0
 }
 
 fn pixel(film: &Film, x: usize, y: usize) -> DVec3 {
@@ -56,7 +56,7 @@ fn threads_and_boxes_change_no_byte() {
         let world = World { boxes, ..world(&graph, &boxes_of_camera) };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let (film, counters) =
-            pool.install(|| render(&world, &Settings { view, ..settings }, &|_, _| {})).unwrap();
+            pool.install(|| render(&world, &Settings { view, ..settings }, &|_| {})).unwrap();
         (film.to_srgb8(), counters)
     };
     let expected = run(1, Some(&boxes[1]), View::Shaded);
@@ -77,12 +77,11 @@ fn progress_counts_all_pixels() {
     let graph = tower(2.0);
     let boxes = chain(&graph, &Limits::default()).unwrap();
     let calls = Mutex::new(Vec::new());
-    render(&world(&graph, &boxes), &SETTINGS, &|done, total| calls.lock().unwrap().push((done, total)))
-        .unwrap();
+    render(&world(&graph, &boxes), &SETTINGS, &|done| calls.lock().unwrap().push(done)).unwrap();
     let mut calls = calls.into_inner().unwrap();
     calls.sort_unstable();
     assert_eq!(calls.len(), 12, "one a tile");
-    assert_eq!(calls.last(), Some(&(64 * 48, 64 * 48)));
+    assert_eq!(calls.last(), Some(&(64 * 48)));
 }
 
 /// A ball above a floor, seen from above, under one light.
@@ -237,7 +236,7 @@ fn what_cannot_be_rendered_is_refused() {
     let graph = tower(1.0);
     let boxes = chain(&graph, &Limits::default()).unwrap();
     let world = world(&graph, &boxes);
-    let refused = |world: &World<'_>, settings: Settings| render(world, &settings, &|_, _| {}).unwrap_err();
+    let refused = |world: &World<'_>, settings: Settings| render(world, &settings, &|_| {}).unwrap_err();
     for [width, height] in [[0, 5], [5, 0], [u32::MAX, u32::MAX], [8193, 8192]] {
         let error = refused(&world, Settings { width, height, ..SETTINGS });
         assert_eq!(error, RenderError::Size { width, height });
