@@ -18,11 +18,14 @@ pub struct Limits {
     /// The most states, of all nodes together. The default, 2 million, is a few hundred megabytes and a second or two:
     /// enough for a recursion of 300,000 levels, and soon over where one never ends.
     pub states: usize,
+    /// The most values of parameters that all states together hold: each change of one copies all. The default, 100
+    /// million, is 800 megabytes and matters only to graphs with more than fifty parameters.
+    pub values: usize,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { states: 2_000_000 }
+        Self { states: 2_000_000, values: 100_000_000 }
     }
 }
 
@@ -138,6 +141,7 @@ impl Graph {
     /// # Errors
     /// If an evaluation fails, the recursion never ends, or there are too many states.
     pub fn states(&self, limits: &Limits) -> Result<StateGraph, StatesError> {
+        let most = limits.states.min(limits.values / self.params().len().max(1));
         let mut found = StateGraph { states: Vec::new(), children: Vec::new() };
         let mut marks: FxHashMap<State, Mark> = FxHashMap::default();
         let root = self.root_state();
@@ -148,7 +152,7 @@ impl Graph {
                 match marks.get(&next) {
                     Some(Mark::Done(index)) => frame.found(*index),
                     Some(Mark::OnPath) => return Err(self.endless(&path, &next)),
-                    None if marks.len() >= limits.states => return Err(self.too_many(&path, limits.states)),
+                    None if marks.len() >= most => return Err(self.too_many(&path, most)),
                     None => {
                         marks.insert(next.clone(), Mark::OnPath);
                         path.push(self.open(next)?);

@@ -92,8 +92,13 @@ fn a_parameter_that_grows_for_ever_meets_the_limit() {
     );
     let mut limits = Limits::default();
     limits.states = 1000;
-    let error = b.finish(symbol).unwrap().analyse(&limits).unwrap_err();
+    let graph = b.finish(symbol).unwrap();
+    let error = graph.analyse(&limits).unwrap_err();
     let StatesError::TooMany { limit: 1000, path } = error else { panic!("{error}") };
+    let mut few_values = Limits::default();
+    few_values.values = 500;
+    let error = graph.analyse(&few_values).unwrap_err();
+    assert!(matches!(error, StatesError::TooMany { limit: 500, .. }), "{error}");
     let values: Vec<_> = path.iter().map(|state| state.values[0].1).collect();
     assert_eq!(values, [0.0, 1.0, 2.0, 497.0, 498.0, 499.0]);
 }
