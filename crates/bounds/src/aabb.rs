@@ -108,19 +108,18 @@ impl Aabb {
 
     /// The support: the largest d·x over its points x, infinite where it does not end, and −∞ if it is empty.
     pub fn support(&self, direction: DVec3) -> f64 {
-        if self.is_empty() { f64::NEG_INFINITY } else { self.support_terms(direction).element_sum() }
+        if self.is_empty() { f64::NEG_INFINITY } else { self.furthest(direction).dot(direction) }
     }
 
-    /// What each axis adds to the support of a box that is not empty.
-    fn support_terms(&self, direction: DVec3) -> DVec3 {
+    /// A corner in a direction, with 0 for coordinates across it: 0 · ∞ is no extent at all.
+    fn furthest(&self, direction: DVec3) -> DVec3 {
         let along = |d: f64, min: f64, max: f64| {
-            // 0 · ∞ is no extent at all; what is not a number stays so.
             if d > 0.0 {
-                d * max
+                max
             } else if d < 0.0 {
-                d * min
+                min
             } else {
-                0.0 * d
+                0.0
             }
         };
         let (d, Self { min, max }) = (direction, self);
@@ -172,15 +171,18 @@ impl Aabb {
             let face = |row: DVec3, offset: f64| self.support_above(sign * row, sign * offset);
             DVec3::new(face(rows.x_axis, t.x), face(rows.y_axis, t.y), face(rows.z_axis, t.z))
         };
-        Self { min: -faces(-1.0), max: faces(1.0) }
+        Self { min: DVec3::ZERO - faces(-1.0), max: faces(1.0) }
     }
 
     /// The largest d·x + offset over the points x of the box, rounded up. Infinite if coordinates may overflow.
     pub(crate) fn support_above(&self, direction: DVec3, offset: f64) -> f64 {
-        let terms = self.support_terms(direction);
+        let corner = self.furthest(direction);
+        let terms = corner * direction;
         let magnitude = terms.abs().element_sum() + offset.abs();
         if magnitude < LARGEST {
-            terms.element_sum() + offset + EVALUATION * magnitude + f64::MIN_POSITIVE
+            let lost = terms.abs().cmplt(DVec3::splat(f64::MIN_POSITIVE)) & corner.cmpne(DVec3::ZERO);
+            let underflow = if lost.any() { f64::MIN_POSITIVE } else { 0.0 };
+            terms.element_sum() + offset + EVALUATION * magnitude + underflow
         } else {
             f64::INFINITY
         }

@@ -36,6 +36,13 @@ impl Scene for Graph {
     fn node_count(&self) -> usize {
         Graph::node_count(self)
     }
+
+    fn label(&self, state: &State) -> String {
+        let values = self.live_values(state).into_iter().map(|(name, value)| format!("{name} = {value}"));
+        let values = values.collect::<Vec<_>>().join(", ");
+        let name = self.node_name(state.node());
+        if values.is_empty() { name } else { format!("{name} where {values}") }
+    }
 }
 
 impl Map for Transform {

@@ -118,6 +118,7 @@ mod chain;
 mod conventional;
 #[cfg(feature = "csg-graph")]
 mod csg_graph;
+mod exact;
 mod limits;
 mod point_set;
 mod rounding;
@@ -128,6 +129,7 @@ mod walk;
 pub use aabb::Aabb;
 pub use chain::chain;
 pub use conventional::conventional;
+pub use exact::{Counts, ExactBoxes, StateBox, Support, exact, root_box};
 pub use limits::{BoundsError, Limits};
 pub use point_set::{EXCESS, PointSet};
 pub use scene::{Map, Scene, Shape, Step};

@@ -1,10 +1,12 @@
 //! How much work and memory an algorithm may take, and the errors that say so.
 
+use std::fmt;
+
 /// How much an algorithm may do before it gives up with an error.
 ///
 /// The algorithms of this crate walk the whole unfolded tree, which a few lines of a scene make larger than any machine
 /// can walk, or endless. Work and memory are therefore counted, and the counts limited.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Limits {
     /// Steps: nodes visited plus boxes computed, those of the frames above a shape included. Of a chain's boxes, each
@@ -18,11 +20,25 @@ pub struct Limits {
     /// By default 5 million, which is a recursion of about a million levels and some hundred megabytes: an endless
     /// recursion is stopped before it takes the machine's memory.
     pub held: usize,
+    /// The most states that [`exact`](crate::exact) visits.
+    ///
+    /// By default 4 million, which is about two gigabytes and some seconds.
+    pub states: usize,
+    /// How many states a support query of [`exact`](crate::exact) may expand, before it adds what is still uncertain to
+    /// the box.
+    ///
+    /// By default 10,000, which is a millisecond. Most queries need less than a hundred.
+    pub expansions: usize,
+    /// The gap, relative to the extent of the box, at which a support query of [`exact`](crate::exact) may end and add
+    /// it to the box.
+    ///
+    /// By default 10⁻¹². What is larger makes the queries faster and the boxes larger by as much.
+    pub gap: f64,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { steps: 200_000_000, held: 5_000_000 }
+        Self { steps: 200_000_000, held: 5_000_000, states: 4_000_000, expansions: 10_000, gap: 1e-12 }
     }
 }
 
@@ -31,6 +47,24 @@ impl Limits {
     #[must_use]
     pub fn with_steps(self, steps: u64) -> Self {
         Self { steps, ..self }
+    }
+
+    /// These limits with another number of [`states`](Self::states).
+    #[must_use]
+    pub fn with_states(self, states: usize) -> Self {
+        Self { states, ..self }
+    }
+
+    /// These limits with another number of [`expansions`](Self::expansions).
+    #[must_use]
+    pub fn with_expansions(self, expansions: usize) -> Self {
+        Self { expansions, ..self }
+    }
+
+    /// These limits with another [`gap`](Self::gap).
+    #[must_use]
+    pub fn with_gap(self, gap: f64) -> Self {
+        Self { gap, ..self }
     }
 
     /// These limits with another number of things [`held`](Self::held).
@@ -65,6 +99,30 @@ pub enum BoundsError<E> {
         /// The limit that was set.
         limit: usize,
     },
+    /// There are too many states.
+    #[error("there are more than {limit} states; does the recursion end? If it does, raise `Limits::states`")]
+    TooManyStates {
+        /// The limit that was set.
+        limit: usize,
+    },
+    /// A state is below itself.
+    #[error("the recursion never ends: {} leads back to itself", Cycle(.cycle))]
+    Endless {
+        /// The [labels](crate::Scene::label) of the states from the one that is met again to the last one before.
+        cycle: Vec<String>,
+    },
+}
+
+/// `a → b → c`, without the middle if it is long.
+struct Cycle<'a>(&'a [String]);
+
+impl fmt::Display for Cycle<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const SHOWN: usize = 8;
+        let (first, rest) = self.0.split_at(self.0.len().min(SHOWN));
+        write!(f, "{}", first.join(" → "))?;
+        if rest.is_empty() { Ok(()) } else { write!(f, " → … ({} more)", rest.len()) }
+    }
 }
 
 /// Counts against the limits.

@@ -41,6 +41,12 @@ pub(crate) struct Rounding {
 }
 
 impl Rounding {
+    /// Of no map at all.
+    pub(crate) const NONE: Self = Self { gain: 1.0, offset: 0.0, maps: 0.0 };
+
+    /// Of a map that changes nothing, evaluated.
+    pub(crate) const ONE: Self = Self { maps: 1.0, ..Self::NONE };
+
     /// Of one map.
     pub(crate) fn of(affine: &DAffine3) -> Self {
         let m = affine.matrix3;
@@ -55,6 +61,15 @@ impl Rounding {
     }
 
     const UNKNOWN: Self = Self { gain: f64::INFINITY, offset: f64::INFINITY, maps: 1.0 };
+
+    /// Of the product of this and a map, or chain, that is applied before it.
+    pub(crate) fn after(self, inner: Self) -> Self {
+        Self {
+            gain: self.gain * inner.gain * (1.0 + EVALUATION),
+            offset: (self.gain * DIAGONAL * inner.offset + self.offset) * (1.0 + EVALUATION),
+            maps: self.maps + inner.maps,
+        }
+    }
 
     /// How far the image of a point is off that has no coordinate above `magnitude` and is itself off by at most
     /// `error`. Infinite if the evaluation may overflow.
@@ -100,6 +115,8 @@ mod tests {
         let turned = DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.7);
         let error = (0..100).fold(1e-10, |error, _| Rounding::of(&turned).error_above(1.0, error));
         assert!(error < 1.1e-10, "{error}");
+        let chain = (0..100).fold(Rounding::NONE, |chain, _| Rounding::of(&turned).after(chain));
+        assert!(chain.error_above(1.0, 1e-10) < 1.1e-10, "{chain:?}");
     }
 
     #[test]

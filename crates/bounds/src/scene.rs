@@ -42,6 +42,11 @@ pub trait Scene {
 
     /// How many nodes there are.
     fn node_count(&self) -> usize;
+
+    /// What a state is called in messages.
+    fn label(&self, state: &Self::State) -> String {
+        format!("node {}", self.node(state))
+    }
 }
 
 /// What a state is, with the states directly below it.

@@ -1,0 +1,144 @@
+//! The boxes of all states, children before their parents.
+//!
+//! A shape has its own box, and states in one frame pass theirs up as always: joined, met, or as they are. Only a T-node
+//! whose map turns or shears must ask for more than the box below it. Its six faces are support queries, in directions
+//! that the map takes below; each prunes with the boxes that are already there. A face whose direction stays along an
+//! axis is the image of the face below and asks nothing.
+
+use glam::{DAffine3, DVec3};
+
+use super::query::{Found, Search, spread};
+use super::solids::{Image, Solids};
+use super::states::{States, Term};
+use super::{StateBox, Support};
+use crate::{Aabb, BoundsError, Limits, Scene, Shape};
+
+/// What a bottom-up pass leaves: for each state, by its number, its box and the solid that it is an image of.
+pub(super) struct BottomUp<S: Scene> {
+    pub(super) states: States<S>,
+    pub(super) boxes: Vec<StateBox>,
+    pub(super) images: Vec<Image>,
+    pub(super) solids: Solids<S::Shape>,
+    pub(super) search: Search,
+}
+
+impl<S: Scene> BottomUp<S> {
+    /// Bounds all states, with so many expansions a query.
+    pub(super) fn new(scene: &S, limits: &Limits, expansions: usize) -> Result<Self, BoundsError<S::Error>> {
+        let mut states = States::explore(scene, limits)?;
+        let count = states.terms.len();
+        let mut solids = Solids::new(std::mem::take(&mut states.shapes));
+        let mut search = Search::new(expansions, limits.gap);
+        let mut boxes: Vec<StateBox> = Vec::with_capacity(count);
+        let mut images: Vec<Image> = Vec::with_capacity(count);
+        let mut operands: Vec<Image> = Vec::new();
+        for term in &states.terms {
+            let (found, image) = match *term {
+                Term::Shape(shape) => {
+                    let aabb = solids.shapes[shape as usize].bounds();
+                    (StateBox { aabb, gap: 0.0 }, solids.shape(shape, aabb))
+                }
+                Term::Same(below) | Term::Difference([below, _]) => {
+                    (boxes[below as usize], images[below as usize])
+                }
+                Term::Map(map, below) => {
+                    let map = &states.maps[map as usize];
+                    let image = solids.map(*map, images[below as usize]);
+                    let found = mapped(&solids, &mut search, image, map, boxes[below as usize]);
+                    (found, image)
+                }
+                Term::Union(ref parts) => {
+                    let parts = &states.parts[parts.start as usize..parts.end as usize];
+                    operands.clear();
+                    operands.extend(parts.iter().map(|part| images[*part as usize]));
+                    let found = parts.iter().map(|part| boxes[*part as usize]).fold(EMPTY, join);
+                    (found, solids.union(&operands, found.aabb, found.gap))
+                }
+                Term::Intersection(operands) => {
+                    let [left, right] = operands.map(|operand| boxes[operand as usize]);
+                    let (aabb, gap) = (left.aabb.intersect(right.aabb), left.gap.max(right.gap));
+                    let operands = operands.map(|operand| images[operand as usize]);
+                    (StateBox { aabb, gap }, solids.intersection(operands, aabb, gap))
+                }
+            };
+            boxes.push(found);
+            images.push(image);
+        }
+        Ok(Self { states, boxes, images, solids, search })
+    }
+
+    /// The box of the root.
+    pub(super) fn root(&self) -> StateBox {
+        *self.boxes.last().expect("there is always the root's")
+    }
+
+    /// The box of the root, by queries with so many expansions.
+    pub(super) fn refine_root(&mut self, expansions: usize) -> StateBox {
+        let root = self.root();
+        let image = *self.images.last().expect("there is always the root's");
+        self.search.limit = expansions;
+        mapped(&self.solids, &mut self.search, image, &DAffine3::IDENTITY, root)
+    }
+}
+
+const EMPTY: StateBox = StateBox { aabb: Aabb::EMPTY, gap: 0.0 };
+
+fn join(a: StateBox, b: StateBox) -> StateBox {
+    StateBox { aabb: a.aabb.join(b.aabb), gap: a.gap.max(b.gap) }
+}
+
+/// The box of `image`, which is what `map` makes of a state with the box `below`.
+fn mapped<S: Shape>(
+    solids: &Solids<S>,
+    search: &mut Search,
+    image: Image,
+    map: &DAffine3,
+    below: StateBox,
+) -> StateBox {
+    if below.aabb.is_empty() {
+        return EMPTY;
+    }
+    let rows = map.matrix3.transpose();
+    let mut gap = 0.0_f64;
+    let mut face = |axis: usize, sign: f64| {
+        let known = Known { below, direction: sign * rows.col(axis), offset: sign * map.translation[axis] };
+        let found = support(solids, search, image, sign * DVec3::AXES[axis], &known);
+        gap = gap.max(found.gap);
+        found.upper
+    };
+    let max = DVec3::new(face(0, 1.0), face(1, 1.0), face(2, 1.0));
+    let min = DVec3::ZERO - DVec3::new(face(0, -1.0), face(1, -1.0), face(2, -1.0));
+    StateBox { aabb: Aabb { min, max }, gap }
+}
+
+/// A box that holds what a query is for, in a frame where the query has this direction and the origin this support.
+pub(super) struct Known {
+    pub(super) below: StateBox,
+    pub(super) direction: DVec3,
+    pub(super) offset: f64,
+}
+
+/// The support of an image: that of a known box, if it is certain enough, or else by a query.
+pub(super) fn support<S: Shape>(
+    solids: &Solids<S>,
+    search: &mut Search,
+    image: Image,
+    direction: DVec3,
+    known: &Known,
+) -> Support {
+    let StateBox { aabb, gap } = known.below;
+    let outer = aabb.support_above(known.direction, known.offset);
+    if !outer.is_finite() {
+        return Support { upper: outer, gap: 0.0 };
+    }
+    let uncertain = spread(aabb.size(), gap, known.direction);
+    let tolerance = search.gap * known.direction.abs().dot(aabb.size());
+    let part = solids.part(image);
+    let error = solids.error(&part) * direction.length() * (1.0 + 4.0 * f64::EPSILON);
+    // Where numbers overflow a query has nothing to compare. Twice the tolerance, as in a query.
+    if uncertain <= 2.0 * tolerance || !error.is_finite() {
+        return Support { upper: outer, gap: uncertain };
+    }
+    let Found { lower, upper } = search.support(solids, &part, direction, outer, tolerance);
+    Support { upper: (upper + error).next_up().min(outer), gap: upper - lower }
+}

@@ -1,0 +1,175 @@
+//! Exact boxes, one for each *state* and not for each node of the unfolded tree.
+//!
+//! [TRAX95] §2 says that one box for each instance "needs a vast amount of memory, comparable to the unfolding of the
+//! CSG graph into a huge CSG tree", and joins them to hyper boxes. But what is below a node depends only on its state:
+//! the node, and the values that are still read below it. The Fig. 1.1a tree with branches of order 60 unfolds into
+//! 1.8 · 10¹⁹ primitives, and its nodes have 774 states. Each gets its own box here, and the boxes of the
+//! instances of a node, joined, are its hyper box.
+//!
+//! A box is six supports, and the support of a state is a maximum over the states below it:
+//!
+//! > h(d) = max over the parts of t·d + hₚ(Mᵀd), for a part p under x ↦ M x + t
+//!
+//! down to shapes, whose supports are formulas. Unfolding that would be unfolding the tree; [`query`] does it best
+//! first, pruned with the boxes of the states below, which [`bottom_up`] has found before. No point set approximates
+//! anything, and no box is the box of a box.
+//!
+//! - [`states`]: which states there are, each once.
+//! - [`solids`]: the states without what has no extent of its own.
+//! - [`query`]: the support of a solid.
+//! - [`bottom_up`]: all boxes.
+//!
+//! ## What is exact
+//!
+//! The faces of the box of a state under which there are only unions are the supports of the solid, to within the
+//! *gap* that is reported and the rounding of the maps on the way. An intersection has what is in both boxes of its
+//! operands, and a difference the box of its left operand, as in the other two algorithms; above them, supports are
+//! those of what encloses the solid: of the left operand of a difference, and of the box or one operand of an
+//! intersection, whichever is less.
+
+mod bottom_up;
+mod query;
+mod solids;
+mod states;
+
+use glam::DVec3;
+
+use crate::{Aabb, BoundsError, HyperBoxes, Limits, Scene};
+use bottom_up::{BottomUp, Known};
+use query::Search;
+
+/// Tight boxes for all states of a scene, found without unfolding it.
+///
+/// Each encloses its solid, rounding included. The box of a union of transformed shapes is the least one, but for its
+/// [`gap`](StateBox::gap) and for rounding: some 10⁻¹⁴ of the largest coordinates below it, and as much more as the maps
+/// lose by cancellation. An intersection gets the intersection of the boxes, a difference the box of its left operand.
+///
+/// # Cost
+/// Memory in proportion to the states: about half a kilobyte each. Time too, and for each transformation that turns or
+/// shears up to six support queries. One query expands, in what shrinks as it recurses, some multiple of the levels until
+/// a part is smaller than the gap; at most [`Limits::expansions`]. Neither depends on the size of the unfolded tree.
+///
+/// # Errors
+/// If the scene fails to expand a state, there are too many states, or one is below itself.
+///
+/// # Panics
+/// If the scene numbers a node at or above its [`node_count`](Scene::node_count).
+pub fn exact<S: Scene>(scene: &S, limits: &Limits) -> Result<ExactBoxes<S>, BoundsError<S::Error>> {
+    let found = BottomUp::new(scene, limits, limits.expansions)?;
+    let mut nodes = vec![Aabb::EMPTY; scene.node_count()];
+    for (state, found) in found.states.states.iter().zip(&found.boxes) {
+        let node = scene.node(state);
+        nodes[node] = nodes[node].join(found.aabb);
+    }
+    let counts = Counts {
+        states: found.boxes.len(),
+        solids: found.solids.len(),
+        queries: found.search.queries,
+        expansions: found.search.expansions,
+    };
+    let gap = found.boxes.iter().fold(0.0, |gap: f64, state| gap.max(state.gap));
+    Ok(ExactBoxes { root: found.root().aabb, nodes, gap, counts, limits: *limits, found })
+}
+
+/// The box of the root alone, as [`exact`] gives it but in less time: where `exact` asks for the box of each state until
+/// it is certain, this one asks six times.
+///
+/// # Cost
+/// As for `exact`, but with at most [`ROUGH`] expansions for each query but six.
+///
+/// # Errors
+/// As for `exact`.
+pub fn root_box<S: Scene>(scene: &S, limits: &Limits) -> Result<StateBox, BoundsError<S::Error>> {
+    let mut found = BottomUp::new(scene, limits, ROUGH.min(limits.expansions))?;
+    Ok(found.refine_root(limits.expansions))
+}
+
+/// How many expansions a query may have that only prunes others.
+const ROUGH: usize = 2;
+
+/// The boxes of all states of a scene, and of all nodes.
+pub struct ExactBoxes<S: Scene> {
+    /// The box of the root, in the frame of the world.
+    pub root: Aabb,
+    /// For each node the union of the boxes of all its states, each in the node's frame; for a T-node that is the frame
+    /// that it maps *into*. [`Aabb::EMPTY`] for a node that is never reached.
+    pub nodes: Vec<Aabb>,
+    /// The largest gap of all states.
+    pub gap: f64,
+    /// What it took.
+    pub counts: Counts,
+    limits: Limits,
+    found: BottomUp<S>,
+}
+
+/// The box of one state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct StateBox {
+    /// The box, in the frame of the state; for a T-node, in the frame that it maps into.
+    pub aabb: Aabb,
+    /// No face is further out than this from where it has to be, rounding apart. Above ∩ and \\, where it has to be to
+    /// enclose the boxes or operands that stand for the solid.
+    ///
+    /// At most a few times [`Limits::gap`] of the extent of the box, unless a query reached the limit of its
+    /// expansions.
+    pub gap: f64,
+}
+
+/// The support of a state: how far it reaches in a direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Support {
+    /// No point of the solid reaches further, rounding included.
+    pub upper: f64,
+    /// By how much it may be too large, rounding apart; as for [`StateBox::gap`].
+    pub gap: f64,
+}
+
+/// What boxes took.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Counts {
+    /// States, of all nodes.
+    pub states: usize,
+    /// Those that are not merely another one, moved.
+    pub solids: usize,
+    /// Support queries that known boxes did not answer.
+    pub queries: u64,
+    /// Solids that the queries replaced by their parts.
+    pub expansions: u64,
+}
+
+impl<S: Scene> ExactBoxes<S> {
+    /// The box of a state, or `None` if the root does not lead to it.
+    pub fn of(&self, state: &S::State) -> Option<StateBox> {
+        self.found.states.number(state).map(|number| self.found.boxes[number])
+    }
+
+    /// All states with their boxes, each after those below it, the root last.
+    pub fn states(&self) -> impl ExactSizeIterator<Item = (&S::State, StateBox)> {
+        self.found.states.states.iter().zip(self.found.boxes.iter().copied())
+    }
+
+    /// The support of a state in any direction, of any length: a query, as those for the boxes. `None` if the root does
+    /// not lead to the state.
+    ///
+    /// Other volumes are made from supports.
+    pub fn support(&self, state: &S::State, direction: DVec3) -> Option<Support> {
+        let number = self.found.states.number(state)?;
+        let mut search = Search::new(self.limits.expansions, self.limits.gap);
+        let known = Known { below: self.found.boxes[number], direction, offset: 0.0 };
+        let image = self.found.images[number];
+        Some(bottom_up::support(&self.found.solids, &mut search, image, direction, &known))
+    }
+
+    /// The boxes of the root and of all nodes, without those of the states.
+    pub fn into_hyper_boxes(self) -> HyperBoxes {
+        HyperBoxes { root: self.root, nodes: self.nodes }
+    }
+}
+
+/// An index in the size that it is kept in.
+fn index(index: usize) -> u32 {
+    u32::try_from(index).expect("2³² of anything outgrow the memory before")
+}

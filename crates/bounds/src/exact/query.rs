@@ -1,0 +1,254 @@
+//! Support queries, best first: how far a solid reaches in a direction, without looking at most of it.
+//!
+//! A query keeps the solids that may hold the furthest point in a queue, ordered by the upper bound that the box of each
+//! gives. The first is *expanded*: replaced by its parts, each with the direction taken into its own frame, d′ = Mᵀd,
+//! and the support of that frame's origin, o′ = o + t·d. A shape has an exact support, o′ + h(d′), which is a lower bound
+//! of the answer; so is every face of a box that is known to be touched. What cannot reach the best lower bound is
+//! dropped, and the query ends when nothing else is left. No query expands a solid whose upper bound is below the
+//! answer: with boxes as bounds, none can do with fewer expansions.
+//!
+//! ## Ending
+//!
+//! Unfolded far enough, a state graph without cycles ends at shapes, so each query does. It may end earlier, with a
+//! *certified gap* between the best lower and the largest upper bound, and the upper bound stands:
+//!
+//! - when the gap is below the tolerance;
+//! - when it has expanded as many solids as it may.
+//!
+//! Many parts may reach equally far: half of the 4ⁿ tetrahedra of Sierpiński's touch the top of their box, and three
+//! quarters of those that touch a face touch it when it is laid on the table. They do not make queries long:
+//!
+//! - A direction along an axis of the solid's own frame asks for a face of its box, which is known. That is how all
+//!   queries end at once under translations, scalings, mirrors and quarter turns.
+//! - Equal upper bounds are expanded the last first, which is the deepest first, so that a tie is not searched broadly.
+//! - A solid met again in another place can be *dominated*. If (o, d) and (o′, d′) ask for the same solid, the second
+//!   can reach further than the first by at most o′ − o + h(d′ − d), h the support of the box: for parallel copies of one
+//!   size by o′ − o. If that is nothing, the second is dropped. Where it is no more than rounding, it is dropped too, and
+//!   what it might add is added to the answer.
+//!
+//! ## Rounding
+//!
+//! Errors in directions and in the supports of shapes are covered by the solid's [error](super::solids::Solid::error).
+//! The sum of offsets o′ has one more rounding a step, which is added to the answer here.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use glam::DVec3;
+
+use super::solids::{Kind, Part, Solid, Solids};
+use crate::Shape;
+
+/// How many expanded solids are remembered that others may be dominated by. Ties come one after the other.
+const RECENT: usize = 8;
+
+/// What a query found: the support is at most `upper` and, where only unions are above shapes, at least `lower`. Both
+/// up to the error of the solid.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Found {
+    pub(super) lower: f64,
+    pub(super) upper: f64,
+}
+
+/// Queries, one after the other.
+pub(super) struct Search {
+    /// The most expansions of one query.
+    pub(super) limit: usize,
+    /// The gap at which a query may end, relative to the extent of what it is for.
+    pub(super) gap: f64,
+    /// How many queries there were.
+    pub(super) queries: u64,
+    /// How many solids all of them expanded.
+    pub(super) expansions: u64,
+    open: BinaryHeap<Open>,
+    /// The last expanded, in a ring.
+    recent: Vec<Open>,
+    query: Query,
+}
+
+/// What one query knows.
+#[derive(Default)]
+struct Query {
+    tolerance: f64,
+    /// The largest lower bound.
+    best: f64,
+    /// The largest upper bound of what is neither open nor dropped.
+    closed: f64,
+    /// How much further than anything expanded the dominated may reach.
+    excess: f64,
+    /// The largest offset, and the most that were added up.
+    offset: f64,
+    depth: u32,
+    /// How many solids were opened and expanded.
+    opened: u32,
+    expanded: usize,
+}
+
+/// A solid that may hold the furthest point.
+struct Open {
+    /// No point of it is further.
+    upper: f64,
+    /// The direction of the query in the frame of the solid.
+    direction: DVec3,
+    /// The support of the origin of that frame.
+    offset: f64,
+    solid: u32,
+    depth: u32,
+    sequence: u32,
+}
+
+impl Search {
+    /// With so many expansions a query, and such a relative gap.
+    pub(super) fn new(limit: usize, gap: f64) -> Self {
+        let query = Query::default();
+        Self { limit, gap, queries: 0, expansions: 0, open: BinaryHeap::new(), recent: Vec::new(), query }
+    }
+
+    /// The support of a part, which is known to be at most `upper`.
+    pub(super) fn support<S: Shape>(
+        &mut self,
+        solids: &Solids<S>,
+        part: &Part,
+        direction: DVec3,
+        upper: f64,
+        tolerance: f64,
+    ) -> Found {
+        self.open.clear();
+        self.recent.clear();
+        self.query =
+            Query { tolerance, best: f64::NEG_INFINITY, closed: f64::NEG_INFINITY, ..Query::default() };
+        self.enter(solids, part, &Open { upper, direction, offset: 0.0, solid: 0, depth: 0, sequence: 0 });
+        let mut unresolved = f64::NEG_INFINITY;
+        while let Some(next) = self.open.pop() {
+            if next.upper <= self.query.best + tolerance || self.query.expanded == self.limit {
+                unresolved = next.upper;
+                break;
+            }
+            if !self.is_dominated(solids, &next) {
+                self.expand(solids, next);
+            }
+        }
+        self.queries += 1;
+        self.expansions += self.query.expanded as u64;
+        let Query { best, closed, excess, offset, depth, .. } = self.query;
+        let rounding = 2.0 * f64::EPSILON * f64::from(depth) * offset;
+        Found { lower: best, upper: best.max(closed).max(unresolved) + excess + rounding }
+    }
+
+    fn expand<S: Shape>(&mut self, solids: &Solids<S>, next: Open) {
+        match &solids.solid(next.solid).kind {
+            Kind::Union(parts) => {
+                for part in solids.parts(parts) {
+                    self.enter(solids, part, &next);
+                }
+            }
+            Kind::Intersection(parts) => {
+                // Each operand is a bound; one will do.
+                let upper = |part: &&Part| {
+                    let (direction, offset) = below(part, &next);
+                    offset + solids.solid(part.solid).bounds.support(direction)
+                };
+                let operands = solids.parts(parts).iter();
+                let least = operands.min_by(|a, b| upper(a).total_cmp(&upper(b)));
+                self.enter(solids, least.expect("an intersection without operands is never open"), &next);
+            }
+            Kind::Shape(_) => unreachable!("shapes are never open"),
+        }
+        if self.recent.len() < RECENT {
+            self.recent.push(next);
+        } else {
+            self.recent[self.query.expanded % RECENT] = next;
+        }
+        self.query.expanded += 1;
+    }
+
+    /// Bounds a part of an expanded solid, and opens it if it may hold the furthest point.
+    fn enter<S: Shape>(&mut self, solids: &Solids<S>, part: &Part, above: &Open) {
+        let (direction, offset) = below(part, above);
+        let query = &mut self.query;
+        query.offset = query.offset.max(offset.abs());
+        query.depth = query.depth.max(above.depth + 1);
+        let solid = solids.solid(part.solid);
+        let extents = direction.abs() * solid.half;
+        let support = offset + solid.center.dot(direction) + extents.element_sum();
+        let upper = support.min(above.upper);
+        if upper <= query.best {
+            return;
+        }
+        if let Kind::Shape(shape) = solid.kind {
+            let exact = offset + solids.shapes[shape as usize].support(direction);
+            query.best = query.best.max(exact.min(upper));
+            return;
+        }
+        let touched = 2.0 * but_the_largest(extents) + solid.gap * direction.abs().max_element();
+        let lower = (support - touched).min(upper);
+        query.best = query.best.max(lower);
+        // Twice, because the gap of a box that ended within the tolerance must be within it further up.
+        if upper - lower <= 2.0 * query.tolerance || !solid.kind.is_open() {
+            query.closed = query.closed.max(upper);
+        } else {
+            query.opened += 1;
+            let (depth, sequence) = (above.depth + 1, query.opened);
+            self.open.push(Open { upper, direction, offset, solid: part.solid, depth, sequence });
+        }
+    }
+
+    /// Whether a solid was expanded in a place where it reaches as far, but for what is added to the excess.
+    fn is_dominated<S: Shape>(&mut self, solids: &Solids<S>, next: &Open) -> bool {
+        let Solid { center, half, .. } = solids.solid(next.solid);
+        let most = 0.5 * self.query.tolerance - self.query.excess;
+        let known = self.recent.iter().filter(|known| known.solid == next.solid);
+        let further = known.map(|known| {
+            let d = next.direction - known.direction;
+            next.offset - known.offset + center.dot(d) + half.dot(d.abs())
+        });
+        let found = further.into_iter().find(|further| *further <= most);
+        self.query.excess += found.unwrap_or(0.0).max(0.0);
+        found.is_some()
+    }
+}
+
+/// The direction of a query in the frame of a part, and the support of its origin.
+fn below(part: &Part, above: &Open) -> (DVec3, f64) {
+    let map = &part.chain.parent_from_child;
+    let d = above.direction;
+    let m = &map.matrix3;
+    (DVec3::new(m.x_axis.dot(d), m.y_axis.dot(d), m.z_axis.dot(d)), above.offset + map.translation.dot(d))
+}
+
+/// How far the support of a solid may be below that of its box, of that size and certified within the gap: each face is
+/// touched somewhere.
+pub(super) fn spread(size: DVec3, gap: f64, direction: DVec3) -> f64 {
+    let d = direction.abs();
+    // 0 · ∞ is no extent at all.
+    let extents = DVec3::select(d.cmpgt(DVec3::ZERO), d * size, DVec3::ZERO);
+    but_the_largest(extents) + gap * d.max_element()
+}
+
+/// The sum of all coordinates but the largest.
+fn but_the_largest(v: DVec3) -> f64 {
+    (v.x + v.y).min(v.y + v.z).min(v.z + v.x)
+}
+
+/// By upper bound, and the last first where they are equal.
+impl Ord for Open {
+    #[inline]
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.upper.total_cmp(&other.upper).then(self.sequence.cmp(&other.sequence))
+    }
+}
+
+impl PartialOrd for Open {
+    #[inline]
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Open {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Open {}

@@ -1,0 +1,176 @@
+//! The states of a scene, each once, children before their parents: a dag where the unfolded tree repeats itself.
+//!
+//! A depth-first search with an explicit path. Two places of the unfolded tree with equal states are the same solid, so
+//! that the search enters each state once, and takes time and memory in proportion to their number. A state met again
+//! while it is still on the path is a recursion that never ends, since equal states unfold alike.
+
+use std::collections::hash_map::Entry;
+use std::ops::Range;
+
+use glam::DAffine3;
+use rustc_hash::FxHashMap;
+
+use super::index;
+use crate::{BoundsError, Limits, Map, Scene, Step};
+
+/// The states below a root, numbered so that each has a higher number than those below it.
+pub(super) struct States<S: Scene> {
+    /// Each state by its number; the root is the last.
+    pub(super) states: Vec<S::State>,
+    /// What each is.
+    pub(super) terms: Vec<Term>,
+    /// The maps of T-nodes.
+    pub(super) maps: Vec<DAffine3>,
+    pub(super) shapes: Vec<S::Shape>,
+    /// The numbers of the parts of all unions.
+    pub(super) parts: Vec<u32>,
+    numbers: FxHashMap<S::State, u32>,
+}
+
+/// What a state is, by the numbers of what is below it.
+#[derive(Clone)]
+pub(super) enum Term {
+    /// An index into the shapes.
+    Shape(u32),
+    Same(u32),
+    /// An index into the maps, and what is mapped.
+    Map(u32, u32),
+    /// A range of the parts.
+    Union(Range<u32>),
+    Intersection([u32; 2]),
+    Difference([u32; 2]),
+}
+
+/// The number of a state on the path, which has none yet.
+const ON_PATH: u32 = u32::MAX;
+
+/// A state on the path of the search.
+struct Frame<S: Scene> {
+    state: S::State,
+    kind: Kind<S>,
+    /// How many states were waiting before those below this one.
+    waiting: usize,
+    /// How many numbers were known before those of the states below this one.
+    known: usize,
+}
+
+enum Kind<S: Scene> {
+    Shape(S::Shape),
+    Same,
+    Map(DAffine3),
+    Union,
+    Intersection,
+    Difference,
+}
+
+impl<S: Scene> States<S> {
+    /// Finds all states below the root of a scene.
+    pub(super) fn explore(scene: &S, limits: &Limits) -> Result<Self, BoundsError<S::Error>> {
+        let mut found = Self {
+            states: Vec::new(),
+            terms: Vec::new(),
+            maps: Vec::new(),
+            shapes: Vec::new(),
+            parts: Vec::new(),
+            numbers: FxHashMap::default(),
+        };
+        let mut path: Vec<Frame<S>> = Vec::new();
+        // Of all states on the path: those below that are yet to be entered, the next one last, and the numbers of
+        // those that were.
+        let mut waiting = vec![scene.root()];
+        let mut known: Vec<u32> = Vec::new();
+        loop {
+            if waiting.len() > path.last().map_or(0, |frame| frame.waiting)
+                && let Some(state) = waiting.pop()
+            {
+                let count = found.numbers.len();
+                match found.numbers.entry(state) {
+                    Entry::Occupied(entry) if *entry.get() == ON_PATH => {
+                        let again = entry.key();
+                        let cycle = path.iter().skip_while(|frame| frame.state != *again);
+                        let labels = cycle.map(|frame| scene.label(&frame.state)).collect();
+                        return Err(BoundsError::Endless { cycle: labels });
+                    }
+                    Entry::Occupied(entry) => known.push(*entry.get()),
+                    Entry::Vacant(_) if count >= limits.states => {
+                        return Err(BoundsError::TooManyStates { limit: limits.states });
+                    }
+                    Entry::Vacant(entry) => {
+                        let state = entry.key().clone();
+                        entry.insert(ON_PATH);
+                        let (waited, known) = (waiting.len(), known.len());
+                        let step = scene.step(&state).map_err(BoundsError::Scene)?;
+                        let kind = open(step, &mut waiting);
+                        path.push(Frame { state, kind, waiting: waited, known });
+                    }
+                }
+            } else if let Some(frame) = path.pop() {
+                let number = found.close(frame, &mut known);
+                known.push(number);
+            } else {
+                return Ok(found);
+            }
+        }
+    }
+
+    /// Numbers a state whose children all have numbers, the last ones known.
+    fn close(&mut self, frame: Frame<S>, known: &mut Vec<u32>) -> u32 {
+        let below = &known[frame.known..];
+        let term = match frame.kind {
+            Kind::Shape(shape) => {
+                self.shapes.push(shape);
+                Term::Shape(index(self.shapes.len() - 1))
+            }
+            Kind::Same => Term::Same(below[0]),
+            Kind::Map(map) => {
+                self.maps.push(map);
+                Term::Map(index(self.maps.len() - 1), below[0])
+            }
+            Kind::Union => {
+                let start = self.parts.len();
+                self.parts.extend_from_slice(below);
+                Term::Union(index(start)..index(self.parts.len()))
+            }
+            Kind::Intersection => Term::Intersection([below[0], below[1]]),
+            Kind::Difference => Term::Difference([below[0], below[1]]),
+        };
+        known.truncate(frame.known);
+        let number = index(self.states.len());
+        self.numbers.insert(frame.state.clone(), number);
+        self.states.push(frame.state);
+        self.terms.push(term);
+        number
+    }
+
+    /// The number of a state.
+    pub(super) fn number(&self, state: &S::State) -> Option<usize> {
+        self.numbers.get(state).map(|number| *number as usize)
+    }
+}
+
+/// Lets the states below a state wait, the first one last.
+fn open<S: Scene>(step: Step<S>, waiting: &mut Vec<S::State>) -> Kind<S> {
+    match step {
+        Step::Shape(shape) => Kind::Shape(shape),
+        Step::Same(below) => {
+            waiting.push(below);
+            Kind::Same
+        }
+        Step::Map(map, below) => {
+            waiting.push(below);
+            Kind::Map(map.affine())
+        }
+        Step::Union(parts) => {
+            waiting.extend(parts.into_iter().rev());
+            Kind::Union
+        }
+        Step::Intersection([left, right]) => {
+            waiting.extend([right, left]);
+            Kind::Intersection
+        }
+        Step::Difference([left, right]) => {
+            waiting.extend([right, left]);
+            Kind::Difference
+        }
+    }
+}
