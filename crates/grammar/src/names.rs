@@ -2,6 +2,8 @@
 
 use csg_graph::{Function, PrimitiveKind, TransformKind};
 
+use crate::Diagnostic;
+
 /// The prefix that sets the pigment.
 pub(crate) const COLOR: &str = "color";
 /// The prefix that sets how a surface takes light.
@@ -63,7 +65,8 @@ const ELSEWHERE: [(&str, &str); 17] = [
 pub(crate) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = name.to_lowercase();
     let elsewhere = ELSEWHERE.iter().find(|(other, _)| *other == lower).map(|(_, ours)| *ours);
-    let tolerance = match name.chars().count() {
+    let length = name.chars().count();
+    let tolerance = match length {
         0..=1 => 0,
         2..=5 => 1,
         6..=8 => 2,
@@ -72,12 +75,32 @@ pub(crate) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a s
     candidates
         .into_iter()
         .filter_map(|candidate| {
-            let same = candidate.to_lowercase() == lower || elsewhere == Some(candidate);
+            if elsewhere == Some(candidate) {
+                return Some((0, candidate));
+            }
+            // The edits are at least as many as the lengths differ by, which costs less to find out.
+            if candidate.chars().count().abs_diff(length) > tolerance {
+                return None;
+            }
+            let same = candidate.to_lowercase() == lower;
             let distance = if same { 0 } else { strsim::osa_distance(name, candidate) };
             (distance <= tolerance).then_some((distance, candidate))
         })
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)
+}
+
+/// How many diagnostics come with a guess at the name that was meant.
+const GUESSES: usize = 100;
+
+/// [`nearest`] for the next of the diagnostics. Each guess looks at all candidates; where so much has been told that nobody
+/// reads on, it is left out, so that a file with many mistakes takes no longer than one without.
+pub(crate) fn guess<'a>(
+    told: &[Diagnostic],
+    name: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    if told.len() < GUESSES { nearest(name, candidates) } else { None }
 }
 
 #[cfg(test)]

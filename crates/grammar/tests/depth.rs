@@ -76,3 +76,21 @@ fn what_is_deep_and_wrong_is_reported() {
         });
     }
 }
+
+/// Guesses at what was meant compare with all names; that must not make time grow with the square of the mistakes.
+#[test]
+fn many_mistakes() {
+    const MANY: usize = 5_000;
+    let list =
+        |item: fn(usize) -> String, between: &str| (0..MANY).map(item).collect::<Vec<_>>().join(between);
+    let unread = format!("{{ {} }} sphere", list(|n| format!("parameter{n} = 0;"), "\n"));
+    let warnings = load(&unread, &[]).unwrap().warnings;
+    assert_eq!(warnings.len(), MANY);
+    assert_eq!(warnings[0].help.as_deref(), Some("did you mean `parameter1`?"));
+    assert_eq!(warnings[MANY - 1].help, None);
+    let count = |source: String| load(&source, &[]).unwrap_err().len();
+    assert_eq!(count(format!("{{}} {}", list(|n| format!("solid{n}"), "\n| "))), MANY);
+    assert_eq!(count(format!("{{}} {}", list(|n| format!("turn{n}(1) cube"), "\n| "))), MANY);
+    assert_eq!(count(format!("{{ {} }} cube", list(|n| format!("n{n} = m{n};"), "\n"))), MANY);
+    assert_eq!(count(format!("{{}} A\n{}", list(|_| "1: A -> cube".to_owned(), "\n"))), MANY);
+}

@@ -229,7 +229,8 @@ impl Symbol<'_> {
         }
         let total = self.rules.len();
         let mut sound = true;
-        let mut numbered: Vec<(usize, &crate::syntax::Rule)> = Vec::new();
+        let mut known: BTreeMap<usize, &Rule> = BTreeMap::new();
+        let mut numbered: Vec<(usize, &Rule)> = Vec::new();
         for (position, rule) in self.rules.iter().enumerate() {
             let Some(span) = rule.number else {
                 if total > 1 {
@@ -248,7 +249,8 @@ impl Symbol<'_> {
                 sound = false;
                 continue;
             };
-            if let Some((_, first)) = numbered.iter().find(|(known, _)| *known == number) {
+            let first = *known.entry(number).or_insert(rule);
+            if first.symbol != rule.symbol {
                 diagnostics.push(
                     Diagnostic::error(span, format!("symbol `{name}` has two rules {number}"))
                         .label("the second")

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use csg_graph::{Expr, Function, ParamId};
 
-use crate::names::{self, PI, nearest};
+use crate::names::{self, PI, guess, nearest};
 use crate::syntax::{self, ExprId, SyntaxTree};
 use crate::{Diagnostic, Span};
 
@@ -12,6 +12,8 @@ use crate::{Diagnostic, Span};
 #[derive(Default)]
 pub(super) struct Scope<'t> {
     params: BTreeMap<&'t str, ParamId>,
+    /// The names by the positions of the parameters, which are declared one after the other.
+    param_names: Vec<&'t str>,
     /// Parameters that expressions have read.
     read: BTreeSet<ParamId>,
     /// Parameters whose initial value is a mistake that has been reported.
@@ -35,7 +37,13 @@ impl<'t> Scope<'t> {
 
     pub(super) fn declare(&mut self, name: &'t str, param: ParamId) {
         self.later.remove(name);
+        debug_assert_eq!(param.index(), self.param_names.len(), "every parameter is declared once");
         self.params.insert(name, param);
+        self.param_names.push(name);
+    }
+
+    pub(super) fn param_name(&self, param: ParamId) -> &'t str {
+        self.param_names[param.index()]
     }
 
     pub(super) fn poison(&mut self, param: ParamId) {
@@ -115,12 +123,13 @@ impl<'t> Scope<'t> {
             return Some(Expr::from(param));
         }
         if self.reported.insert(name.to_owned()) {
-            diagnostics.push(self.unknown(name, span));
+            let report = self.unknown(name, span, diagnostics);
+            diagnostics.push(report);
         }
         None
     }
 
-    fn unknown(&self, name: &str, span: Span) -> Diagnostic {
+    fn unknown(&self, name: &str, span: Span, told: &[Diagnostic]) -> Diagnostic {
         if self.solids.contains(name) || names::is_built_in(name) {
             return Diagnostic::error(
                 span,
@@ -132,7 +141,7 @@ impl<'t> Scope<'t> {
             format!("`{name}` is set further down; initial values are evaluated in order")
         } else if let Some(function) = Function::named(name) {
             format!("`{name}` is a function: write `{}`", function.signature())
-        } else if let Some(known) = nearest(name, self.names().chain([PI])) {
+        } else if let Some(known) = guess(told, name, self.names().chain([PI])) {
             format!("did you mean `{known}`?")
         } else {
             format!("parameters are set between the first braces of the file: `{{ {name} = 1; }}`")

@@ -5,6 +5,7 @@
 //! mistakes in names, counts of arguments and numbers of rules are collected before giving up.
 
 mod definitions;
+mod doubts;
 mod expr;
 mod parameters;
 mod scene_blocks;

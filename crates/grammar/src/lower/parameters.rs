@@ -1,5 +1,7 @@
 //! Parameters: initial values, values from outside, and those that only calculations set.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use csg_graph::{Expr, ParamId};
 
 use super::Lowering;
@@ -14,13 +16,13 @@ impl Lowering<'_> {
         let assignments = &tree.parameters().assignments;
         self.scope.note_later(assignments.iter().map(|assignment| tree.text(assignment.name)));
         self.refuse_unknown(overrides);
-        let mut declared: Vec<(&str, Span)> = Vec::new();
+        let mut declared: BTreeMap<&str, Span> = BTreeMap::new();
         for assignment in assignments {
             let name = tree.text(assignment.name);
             if self.refuse_constant(assignment.name) {
                 continue;
             }
-            if let Some((_, first)) = declared.iter().find(|(known, _)| *known == name) {
+            if let Some(first) = declared.get(name) {
                 self.diagnostics.push(
                     Diagnostic::error(assignment.name, format!("parameter `{name}` has two initial values"))
                         .label("the second")
@@ -28,7 +30,7 @@ impl Lowering<'_> {
                 );
                 continue;
             }
-            declared.push((name, assignment.name));
+            declared.insert(name, assignment.name);
             let given = overrides.iter().rfind(|given| given.name() == name);
             let value = self.initial_value(name, assignment, given);
             let param = match value {
@@ -78,14 +80,11 @@ impl Lowering<'_> {
             return Some(value);
         }
         if !self.scope.is_poisoned(expr) {
-            let mut seen: Vec<ParamId> = Vec::new();
-            let mut values = Vec::new();
-            for param in expr.params() {
-                if let (false, Some(value)) = (seen.contains(&param), env.get(param)) {
-                    seen.push(param);
-                    values.push(format!("{} = {value}", self.param_name(param)));
-                }
-            }
+            let mut seen: BTreeSet<ParamId> = BTreeSet::new();
+            let params = expr.params().filter(|param| seen.insert(*param));
+            let values: Vec<_> = params
+                .filter_map(|param| Some(format!("{} = {}", self.scope.param_name(param), env.get(param)?)))
+                .collect();
             let label =
                 if values.is_empty() { String::new() } else { format!("where {}", values.join(", ")) };
             diagnostics.push(
@@ -95,10 +94,6 @@ impl Lowering<'_> {
             );
         }
         None
-    }
-
-    fn param_name(&self, param: ParamId) -> &str {
-        self.scope.names().find(|name| self.scope.get(name) == Some(param)).unwrap_or_default()
     }
 
     fn refuse_unknown(&mut self, overrides: &[Override]) {
@@ -141,33 +136,5 @@ impl Lowering<'_> {
             self.diagnostics.push(Diagnostic::error(name, "`pi` is a constant").label("cannot be set"));
         }
         constant
-    }
-
-    /// Doubts about parameters that are set and never read.
-    pub(super) fn unused_parameters(&mut self) {
-        let tree = self.tree;
-        let initial = tree.parameters().assignments.iter().map(|assignment| assignment.name);
-        let calculated = tree.terms.iter().flat_map(|node| match &node.value {
-            Term::Prefixed { prefix, .. } => match &prefix.kind {
-                PrefixKind::Calculation(assignments) => assignments.as_slice(),
-                _ => &[],
-            },
-            _ => &[],
-        });
-        let mut warned: Vec<&str> = Vec::new();
-        for span in initial.chain(calculated.map(|assignment| assignment.name)) {
-            let name = tree.text(span);
-            let unread = self.scope.get(name).is_some_and(|param| !self.scope.is_read(param));
-            if unread && !name.starts_with('_') && !warned.contains(&name) {
-                warned.push(name);
-                let others = self.scope.names().filter(|other| *other != name);
-                let meant = nearest(name, others).map(|other| format!("did you mean `{other}`?"));
-                self.diagnostics.push(
-                    Diagnostic::warning(span, format!("parameter `{name}` is set and never read"))
-                        .label("never read")
-                        .help_if(meant),
-                );
-            }
-        }
     }
 }

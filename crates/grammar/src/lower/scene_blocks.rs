@@ -1,5 +1,7 @@
 //! Scene blocks become a [`Look`].
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
 use super::Lowering;
@@ -17,16 +19,14 @@ impl Lowering<'_> {
     pub(super) fn scene_blocks(&mut self) -> Look {
         let tree = self.tree;
         let mut look = Look::default();
-        let mut seen: Vec<(&str, Span)> = Vec::new();
+        let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
         for item in tree.items() {
             let Item::Scene(block) = item else { continue };
             let name = tree.text(block.name);
-            match seen.iter().find(|(known, _)| *known == name && name != "light") {
-                Some((_, first)) => {
-                    let report = Diagnostic::error(block.name, format!("there are two blocks `{name}`"));
-                    self.diagnostics.push(report.label("the second").also(*first, "the first"));
-                }
-                None => seen.push((name, block.name)),
+            let first = *seen.entry(name).or_insert(block.name);
+            if first != block.name && name != "light" {
+                let report = Diagnostic::error(block.name, format!("there are two blocks `{name}`"));
+                self.diagnostics.push(report.label("the second").also(first, "the first"));
             }
             match name {
                 "camera" => look.camera = self.camera(block),

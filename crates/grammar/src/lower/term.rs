@@ -2,12 +2,14 @@
 //!
 //! The terms of a tree are in postfix order, so that one pass over a rule's terms meets the parts of each before itself.
 
+use std::collections::BTreeSet;
+
 use csg_graph::{AttributeTerm, Expr, NodeId, PrimitiveKind, TransformKind};
 
 use super::Lowering;
 use super::definitions::{Defined, Definitions};
 use super::expr::count;
-use crate::names::{self, COLOR_SIGNATURE, nearest};
+use crate::names::{self, COLOR_SIGNATURE, guess, nearest};
 use crate::syntax::{self, Assignment, ExprId, Prefix, PrefixKind, Term, TermId};
 use crate::{Diagnostic, Span};
 
@@ -17,7 +19,7 @@ struct Nodes {
     macros: Vec<Option<NodeId>>,
     terms: Vec<Option<NodeId>>,
     /// Names that have been reported as unknown.
-    reported: Vec<String>,
+    reported: BTreeSet<String>,
 }
 
 impl Lowering<'_> {
@@ -28,7 +30,7 @@ impl Lowering<'_> {
             symbols: Vec::new(),
             macros: vec![None; definitions.macros.len()],
             terms: vec![None; tree.terms.len()],
-            reported: Vec::new(),
+            reported: BTreeSet::new(),
         };
         for symbol in &definitions.symbols {
             let node = self.builder.symbol(symbol.name);
@@ -105,8 +107,7 @@ impl Lowering<'_> {
             return Some(node);
         }
         if found.is_none() {
-            if !nodes.reported.iter().any(|known| known == text) {
-                nodes.reported.push(text.to_owned());
+            if nodes.reported.insert(text.to_owned()) {
                 let report = self.unknown_solid(text, name, definitions);
                 self.diagnostics.push(report);
             }
@@ -127,7 +128,8 @@ impl Lowering<'_> {
 
     fn unknown_solid(&self, name: &str, span: Span, definitions: &Definitions<'_>) -> Diagnostic {
         let solids = definitions.names().chain(names::primitives());
-        let help = match nearest(name, solids).or_else(|| nearest(name, names::prefixes())) {
+        let told = &self.diagnostics;
+        let help = match guess(told, name, solids).or_else(|| guess(told, name, names::prefixes())) {
             Some(known) => format!("did you mean `{known}`? If not, define it: `{name} = …`"),
             None if self.scope.get(name).is_some() => {
                 format!("`{name}` is a parameter, a number; to set it, write `{{{name} = …}}`")
@@ -271,40 +273,6 @@ impl Lowering<'_> {
             })
             .collect();
         self.exprs(flat.into_iter())
-    }
-
-    /// Doubts about symbols and macros that the axiom does not lead to.
-    fn unused_solids(&mut self, axiom: TermId, definitions: &Definitions<'_>) {
-        let tree = self.tree;
-        let mut symbols = vec![false; definitions.symbols.len()];
-        let mut macros = vec![false; definitions.macros.len()];
-        let mut pending = vec![axiom];
-        while let Some(body) = pending.pop() {
-            for id in tree.subterms(body) {
-                let Term::Solid { name, .. } = tree.term(id) else { continue };
-                match definitions.get(tree.text(*name)) {
-                    Some(Defined::Symbol(index)) if !symbols[index] => {
-                        symbols[index] = true;
-                        pending.extend(definitions.symbols[index].rules.iter().map(|rule| rule.body));
-                    }
-                    Some(Defined::Macro(index)) if !macros[index] => {
-                        macros[index] = true;
-                        pending.push(definitions.macros[index].body);
-                    }
-                    _ => {}
-                }
-            }
-        }
-        let unused_symbols =
-            definitions.symbols.iter().zip(symbols).map(|(symbol, used)| (symbol.span, used));
-        let unused_macros = definitions.macros.iter().zip(macros).map(|(named, used)| (named.name, used));
-        for (span, _) in unused_symbols.chain(unused_macros).filter(|(_, used)| !used) {
-            let name = tree.text(span);
-            if !name.starts_with('_') {
-                let message = format!("the axiom does not lead to `{name}`");
-                self.diagnostics.push(Diagnostic::warning(span, message).label("never used"));
-            }
-        }
     }
 }
 

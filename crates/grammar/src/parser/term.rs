@@ -6,7 +6,7 @@
 use csg_graph::{Operator, PrimitiveKind, TransformKind};
 
 use super::Parser;
-use crate::names::{self, nearest};
+use crate::names::{self, guess, nearest};
 use crate::syntax::{Assignment, Expr, ExprId, Prefix, PrefixKind, Term, TermId};
 use crate::token::Kind;
 use crate::{Diagnostic, Span};
@@ -202,11 +202,10 @@ impl<'s> Parser<'s> {
         if !unknown || !follows {
             return false;
         }
-        let slip_of_solid =
-            nearest(text, self.symbols.iter().chain(&self.macros).copied().chain(names::primitives()));
+        let solids = self.symbols.iter().chain(&self.macros).copied().chain(names::primitives());
         let help = match nearest(text, names::prefixes()) {
             Some(prefix) => format!("did you mean `{prefix}`?"),
-            None if slip_of_solid.is_some() => return false,
+            None if guess(&self.diagnostics, text, solids).is_some() => return false,
             None => format!(
                 "the transformations are {}; if it is a solid, an operator is missing after it",
                 TransformKind::ALL.iter().map(|kind| kind.name()).collect::<Vec<_>>().join(", ")

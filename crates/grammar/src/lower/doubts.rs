@@ -1,0 +1,73 @@
+//! What is defined and not used: no mistake, but perhaps a slip in a name.
+
+use std::collections::BTreeSet;
+
+use super::Lowering;
+use super::definitions::{Defined, Definitions};
+use crate::Diagnostic;
+use crate::names::guess;
+use crate::syntax::{PrefixKind, Term, TermId};
+
+impl Lowering<'_> {
+    /// Doubts about symbols and macros that the axiom does not lead to.
+    pub(super) fn unused_solids(&mut self, axiom: TermId, definitions: &Definitions<'_>) {
+        let tree = self.tree;
+        let mut symbols = vec![false; definitions.symbols.len()];
+        let mut macros = vec![false; definitions.macros.len()];
+        let mut pending = vec![axiom];
+        while let Some(body) = pending.pop() {
+            for id in tree.subterms(body) {
+                let Term::Solid { name, .. } = tree.term(id) else { continue };
+                match definitions.get(tree.text(*name)) {
+                    Some(Defined::Symbol(index)) if !symbols[index] => {
+                        symbols[index] = true;
+                        pending.extend(definitions.symbols[index].rules.iter().map(|rule| rule.body));
+                    }
+                    Some(Defined::Macro(index)) if !macros[index] => {
+                        macros[index] = true;
+                        pending.push(definitions.macros[index].body);
+                    }
+                    _ => {}
+                }
+            }
+        }
+        let unused_symbols =
+            definitions.symbols.iter().zip(symbols).map(|(symbol, used)| (symbol.span, used));
+        let unused_macros = definitions.macros.iter().zip(macros).map(|(named, used)| (named.name, used));
+        for (span, _) in unused_symbols.chain(unused_macros).filter(|(_, used)| !used) {
+            let name = tree.text(span);
+            if !name.starts_with('_') {
+                let message = format!("the axiom does not lead to `{name}`");
+                self.diagnostics.push(Diagnostic::warning(span, message).label("never used"));
+            }
+        }
+    }
+
+    /// Doubts about parameters that are set and never read.
+    pub(super) fn unused_parameters(&mut self) {
+        let tree = self.tree;
+        let initial = tree.parameters().assignments.iter();
+        let calculated = tree.terms.iter().filter_map(|node| match &node.value {
+            Term::Prefixed { prefix, .. } => match &prefix.kind {
+                PrefixKind::Calculation(assignments) => Some(assignments),
+                _ => None,
+            },
+            _ => None,
+        });
+        let mut seen: BTreeSet<&str> = BTreeSet::new();
+        for span in initial.chain(calculated.flatten()).map(|assignment| assignment.name) {
+            let name = tree.text(span);
+            let unread = self.scope.get(name).is_some_and(|param| !self.scope.is_read(param));
+            if unread && !name.starts_with('_') && seen.insert(name) {
+                let others = self.scope.names().filter(|other| *other != name);
+                let meant =
+                    guess(&self.diagnostics, name, others).map(|other| format!("did you mean `{other}`?"));
+                self.diagnostics.push(
+                    Diagnostic::warning(span, format!("parameter `{name}` is set and never read"))
+                        .label("never read")
+                        .help_if(meant),
+                );
+            }
+        }
+    }
+}
