@@ -105,7 +105,7 @@ pub struct RenderArgs {
     /// What the picture shows
     #[arg(long, value_enum, default_value_t)]
     pub view: ViewArg,
-    /// Which boxes the rays are tested against; without it chain, or conventional where chain would take too long
+    /// Which boxes the rays are tested against; without it chain, or exact where chain would take more than a moment
     ///
     /// Pictures of the solid are the same for all, the time is not; the views plate and cost show what the boxes do.
     #[arg(long, value_enum)]
@@ -121,7 +121,7 @@ pub struct RenderArgs {
 /// The limit on bounding.
 #[derive(Debug, Args)]
 pub struct StepsArg {
-    /// The most steps to take for the boxes: nodes to visit (conventional), boxes to compute (chain)
+    /// The most steps to take: boxes to compute (chain), nodes to visit (conventional, or by every ray without boxes)
     #[arg(long, value_name = "N", default_value_t = csg_graph_bounds::Limits::default().steps)]
     pub max_steps: u64,
 }
@@ -195,6 +195,20 @@ pub enum BoxesArg {
     Conventional,
     /// Boxes of point sets that went through the whole transform chain (section 3)
     Chain,
+    /// The least boxes of all states, joined
+    Exact,
+}
+
+impl BoxesArg {
+    /// The algorithm that computes them.
+    pub(crate) fn method(self) -> Option<MethodArg> {
+        match self {
+            Self::None => None,
+            Self::Conventional => Some(MethodArg::Conventional),
+            Self::Chain => Some(MethodArg::Chain),
+            Self::Exact => Some(MethodArg::Exact),
+        }
+    }
 }
 
 /// Arguments of `bounds`.
@@ -206,12 +220,22 @@ pub struct BoundsArgs {
     /// The algorithm
     #[arg(long, value_enum, default_value_t)]
     pub method: MethodArg,
+    /// How much larger than the least box, relative to its extent, an exact box may be; without it 1e-12
+    #[arg(long, value_name = "T", value_parser = tolerance)]
+    pub tolerance: Option<f64>,
     /// How to limit the computation.
     #[command(flatten)]
     pub limit: StepsArg,
     /// How to print them
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(tolerance) if (0.0..=1.0).contains(&tolerance) => Ok(tolerance),
+        _ => Err("a tolerance is a number from 0 to 1, for example 1e-6".to_owned()),
+    }
 }
 
 /// An algorithm for boxes.
@@ -222,6 +246,19 @@ pub enum MethodArg {
     /// Boxes of point sets that went through the whole transform chain (section 3)
     #[default]
     Chain,
+    /// The least box of every state, found without unfolding; those of a node's states joined
+    Exact,
+}
+
+impl MethodArg {
+    /// The name on the command line.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Conventional => "conventional",
+            Self::Chain => "chain",
+            Self::Exact => "exact",
+        }
+    }
 }
 
 /// For whom to print.

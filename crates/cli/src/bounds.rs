@@ -3,10 +3,11 @@
 use std::fmt::Write;
 use std::time::Instant;
 
-use csg_graph::{Analysis, BigUint, Graph};
-use csg_graph_bounds::{Aabb, HyperBoxes, chain, conventional};
+use csg_graph::{Analysis, BigUint, Graph, Node, NodeId};
+use csg_graph_bounds::{Aabb, BoundsError, ExactBoxes, HyperBoxes, Limits, chain, conventional, exact};
 use glam::DVec3;
 use serde::Serialize;
+use serde_json::{Map, Value};
 
 use crate::args::{BoundsArgs, Format, MethodArg};
 use crate::load::{Loaded, load};
@@ -19,7 +20,33 @@ struct Report {
     method: &'static str,
     root: Corners,
     nodes: Vec<NodeBox>,
+    #[serde(flatten)]
+    exact: Option<ExactReport>,
     seconds: f64,
+}
+
+/// What is known of exact boxes besides.
+#[derive(Serialize)]
+struct ExactReport {
+    gap: f64,
+    states: Vec<StateBox>,
+    counts: Counts,
+}
+
+#[derive(Serialize)]
+struct Counts {
+    states: usize,
+    solids: usize,
+    queries: u64,
+    expansions: u64,
+}
+
+#[derive(Serialize)]
+struct StateBox {
+    symbol: String,
+    params: Map<String, Value>,
+    #[serde(flatten)]
+    corners: Corners,
 }
 
 #[derive(Serialize)]
@@ -43,42 +70,55 @@ impl From<Aabb> for Corners {
     }
 }
 
-impl MethodArg {
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Conventional => "conventional",
-            Self::Chain => "chain",
-        }
+/// Refuses work that is known to be too much, before it is begun.
+pub(crate) fn refuse_more_than(
+    max_steps: u64,
+    work: &BigUint,
+    loaded: &Loaded,
+    what: &str,
+) -> Result<(), Failure> {
+    if *work <= BigUint::from(max_steps) {
+        return Ok(());
     }
+    let digits = work.to_string();
+    let shown = if digits.len() <= 30 { digits } else { format!("about 10^{}", digits.len() - 1) };
+    Err(loaded.refused(format!(
+        "{what}: {shown} steps, and --max-steps allows {max_steps}; use the exact boxes, let the recursion end earlier, \
+         or raise --max-steps"
+    )))
+}
 
-    /// Runs the algorithm; one that is known to take more than `max_steps` is not begun.
-    pub(crate) fn compute(
-        self,
-        loaded: &Loaded,
-        analysis: &Analysis,
-        max_steps: u64,
-    ) -> Result<HyperBoxes, Failure> {
-        let (work, what) = match self {
-            Self::Conventional => (&analysis.instances, "visits every node of the unfolded tree"),
-            Self::Chain => {
-                (&analysis.chain_boxes, "computes a box for every transformation above every primitive")
-            }
-        };
-        if *work > BigUint::from(max_steps) {
-            return Err(loaded.refused(format!(
-                "the {} algorithm {what}: {work} steps, and --max-steps allows {max_steps}; let the recursion end earlier, \
-                 try another method, or raise --max-steps",
-                self.name()
-            )));
+/// The hyper boxes of a scene by one of the algorithms.
+pub(crate) fn hyper_boxes(
+    method: MethodArg,
+    loaded: &Loaded,
+    analysis: &Analysis,
+    max_steps: u64,
+) -> Result<HyperBoxes, Failure> {
+    let graph = &loaded.scene.graph;
+    // The work is known beforehand; the algorithms need not count it once more.
+    let limits = loaded.bounds_limits().with_steps(u64::MAX);
+    let boxes = match method {
+        MethodArg::Conventional => {
+            let what = "the conventional algorithm visits every node of the unfolded tree";
+            refuse_more_than(max_steps, &analysis.instances, loaded, what)?;
+            conventional(graph, &limits)
         }
-        // The walk counts nodes and boxes together, which is at most a few times the work.
-        let limits = csg_graph_bounds::Limits::default().with_steps(max_steps.saturating_mul(4));
-        let graph = &loaded.scene.graph;
-        let boxes = match self {
-            Self::Conventional => conventional(graph, &limits),
-            Self::Chain => chain(graph, &limits),
-        };
-        boxes.map_err(|error| loaded.refused(error))
+        MethodArg::Chain => {
+            let what = "the chain algorithm computes a box for each transformation above each primitive";
+            refuse_more_than(max_steps, &analysis.chain_boxes, loaded, what)?;
+            chain(graph, &limits)
+        }
+        MethodArg::Exact => exact(graph, &limits).map(ExactBoxes::into_hyper_boxes),
+    };
+    boxes.map_err(|error| failure(loaded, error))
+}
+
+/// Why an algorithm found no boxes.
+pub(crate) fn failure(loaded: &Loaded, error: BoundsError<csg_graph::EvalError>) -> Failure {
+    match error {
+        BoundsError::Scene(error) => loaded.failure(&error.into()),
+        error => loaded.refused(error),
     }
 }
 
@@ -87,12 +127,20 @@ pub(crate) fn run(args: &BoundsArgs) -> Result<(), Failure> {
     let analysis = loaded.analyse()?;
     let graph = &loaded.scene.graph;
     let start = Instant::now();
-    let boxes = args.method.compute(&loaded, &analysis, args.limit.max_steps)?;
+    let (boxes, exact) = match args.method {
+        MethodArg::Exact => {
+            let exact = exact(graph, &tolerant(loaded.bounds_limits(), args.tolerance));
+            let exact = exact.map_err(|error| failure(&loaded, error))?;
+            let report = ExactReport::new(graph, &exact);
+            (exact.into_hyper_boxes(), Some(report))
+        }
+        method => (hyper_boxes(method, &loaded, &analysis, args.limit.max_steps)?, None),
+    };
     let seconds = start.elapsed().as_secs_f64();
     print(match args.format {
-        Format::Table => table(graph, &boxes, args.method, seconds),
+        Format::Table => table(graph, &boxes, args.method, exact.as_ref(), seconds),
         Format::Json => {
-            let node = |(id, node): (csg_graph::NodeId, &csg_graph::Node)| NodeBox {
+            let node = |(id, node): (NodeId, &Node)| NodeBox {
                 id: id.index(),
                 kind: node.kind(),
                 name: graph.node_name(id),
@@ -103,6 +151,7 @@ pub(crate) fn run(args: &BoundsArgs) -> Result<(), Failure> {
                 method: args.method.name(),
                 root: boxes.root.into(),
                 nodes: graph.nodes().map(node).collect(),
+                exact,
                 seconds,
             };
             serde_json::to_string_pretty(&report).expect("a report has only strings and numbers") + "\n"
@@ -110,8 +159,47 @@ pub(crate) fn run(args: &BoundsArgs) -> Result<(), Failure> {
     })
 }
 
-fn table(graph: &Graph, boxes: &HyperBoxes, method: MethodArg, seconds: f64) -> String {
+fn tolerant(limits: Limits, tolerance: Option<f64>) -> Limits {
+    tolerance.map_or(limits, |tolerance| limits.with_gap(tolerance))
+}
+
+impl ExactReport {
+    fn new(graph: &Graph, exact: &ExactBoxes<Graph>) -> Self {
+        let symbols = exact.states().filter(|(state, _)| matches!(graph.node(state.node()), Node::Symbol(_)));
+        let state_box = |(state, found): (&csg_graph::State, csg_graph_bounds::StateBox)| StateBox {
+            symbol: graph.node_name(state.node()),
+            params: graph.live_values(state).into_iter().map(|(name, value)| (name, value.into())).collect(),
+            corners: found.aabb.into(),
+        };
+        let counts = &exact.counts;
+        Self {
+            gap: exact.gap,
+            states: symbols.map(state_box).collect(),
+            counts: Counts {
+                states: counts.states,
+                solids: counts.solids,
+                queries: counts.queries,
+                expansions: counts.expansions,
+            },
+        }
+    }
+}
+
+fn table(
+    graph: &Graph,
+    boxes: &HyperBoxes,
+    method: MethodArg,
+    exact: Option<&ExactReport>,
+    seconds: f64,
+) -> String {
     let mut text = format!("{} boxes in {seconds:.3} s; the whole: {}\n", method.name(), corners(boxes.root));
+    if let Some(ExactReport { gap, counts, .. }) = exact {
+        let Counts { states, queries, expansions, .. } = counts;
+        let _ = writeln!(
+            text,
+            "{states} states, {queries} queries, {expansions} expansions; no gap above {gap:.1e}"
+        );
+    }
     let name_width = graph.nodes().map(|(id, _)| graph.node_name(id).chars().count()).max().unwrap_or(0);
     for (id, node) in graph.nodes() {
         let name = graph.node_name(id);
@@ -126,6 +214,10 @@ fn corners(aabb: Aabb) -> String {
     if aabb.is_empty() {
         return "empty".to_owned();
     }
-    let point = |p: DVec3| format!("[{:>9.4}, {:>9.4}, {:>9.4}]", p.x, p.y, p.z);
+    let point = |p: DVec3| {
+        // Rounding to four places may leave −0.
+        let [x, y, z] = p.to_array().map(|c| if c.abs() < 5e-5 { 0.0 } else { c });
+        format!("[{x:>9.4}, {y:>9.4}, {z:>9.4}]")
+    };
     format!("{} .. {}", point(aabb.min), point(aabb.max))
 }

@@ -54,6 +54,11 @@ impl Loaded {
         mistakes(&self.path, &diagnostics)
     }
 
+    /// The limits for boxes: those of the analysis, which has listed the states before.
+    pub(crate) fn bounds_limits(&self) -> csg_graph_bounds::Limits {
+        csg_graph_bounds::Limits::default().with_states(self.limits.states)
+    }
+
     /// For what is no mistake in the file.
     pub(crate) fn refused(&self, reason: impl ToString) -> Failure {
         Failure::refused(&self.path, reason)

@@ -169,7 +169,9 @@ fn mistakes_in_the_input_end_with_1() {
         (&["check", tower, "--set", "n=4"], "singular"),
         (&["check", tower, "--max-states", "10"], "--max-states"),
         (&["bounds", tower, "--max-steps", "10"], "--max-steps allows 10"),
-        (&["bounds", sympodial, "--set", "cnt=60"], "steps"),
+        (&["bounds", sympodial, "--set", "cnt=60"], "--max-steps allows"),
+        (&["render", sympodial, "--set", "cnt=60", "--boxes", "none"], "without boxes"),
+        (&["render", sympodial, "--set", "cnt=60", "--boxes", "chain"], "the chain algorithm"),
     ];
     for (args, expected) in wrong {
         let (code, out, err, files) = run(args);
@@ -259,6 +261,35 @@ fn bounds_are_the_ones_of_the_algorithms() {
     let (code, out, _, _) = run(&["bounds", path(&cheese), "--set", "n=1"]);
     assert_eq!(code, 0);
     assert!(out.starts_with("chain boxes"), "{out}");
+}
+
+#[test]
+fn exact_boxes_are_found_at_any_depth() {
+    let sympodial = scene("sympodial.pcsg");
+    let args = ["bounds", path(&sympodial), "--set", "cnt=60", "--method", "exact", "--format", "json"];
+    let (code, out, err, _) = run(&args);
+    assert_eq!((code, err.as_str()), (0, ""));
+    let report: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(report["states"].as_array().unwrap().len(), 130);
+    assert!(report["gap"].as_f64().unwrap() < 1e-9);
+    let tops: Vec<f64> = report["states"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|state| state["symbol"] == "TR" && state["params"]["trunk"] == 2.0)
+        .map(|state| state["max"][2].as_f64().unwrap())
+        .collect();
+    assert_eq!(tops.len(), 1, "the trunk stands once");
+    assert_eq!(Some(tops[0]), report["root"]["max"][2].as_f64());
+}
+
+#[test]
+fn a_tree_of_10_to_the_19_primitives_is_rendered() {
+    let sympodial = scene("sympodial.pcsg");
+    let args = ["render", path(&sympodial), "--set", "cnt=60", "--size", "24x24", "--samples", "1"];
+    let (code, _, err, files) = run(&args);
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert_eq!(files, ["sympodial.png"]);
 }
 
 #[test]

@@ -6,13 +6,13 @@
 use std::time::{Duration, Instant};
 
 use csg_graph::{Analysis, BigUint};
-use csg_graph_bounds::{Aabb, HyperBoxes};
+use csg_graph_bounds::{Aabb, HyperBoxes, root_box};
 use csg_graph_grammar::Look;
 use csg_graph_trace::{Camera, Light, LightSource, Settings, World};
 
-use crate::Failure;
 use crate::args::{BoxesArg, MethodArg, RenderArgs};
 use crate::load::Loaded;
+use crate::{Failure, bounds};
 
 /// The size of a picture that nobody asked for, in pixels.
 const DEFAULT_SIZE: u32 = 512;
@@ -27,7 +27,8 @@ pub(super) struct Stage {
     pub(super) loaded: Loaded,
     pub(super) analysis: Analysis,
     pub(super) settings: Settings,
-    pub(super) boxes: BoxesArg,
+    /// Which boxes the rays are tested against.
+    pub(super) method: Option<MethodArg>,
     pub(super) hyper_boxes: Option<HyperBoxes>,
     pub(super) bounding_time: Duration,
     camera: Camera,
@@ -47,29 +48,25 @@ impl Stage {
         let settings = Settings { width, height, samples, view: args.view.into() };
 
         let start = Instant::now();
-        let affordable = affordable(&analysis);
-        let boxes = args.boxes.unwrap_or(match affordable {
-            MethodArg::Chain => BoxesArg::Chain,
-            MethodArg::Conventional => BoxesArg::Conventional,
-        });
-        let compute = |method: MethodArg| method.compute(&loaded, &analysis, args.limit.max_steps);
-        let hyper_boxes = match boxes {
-            BoxesArg::None => None,
-            BoxesArg::Conventional => Some(compute(MethodArg::Conventional)?),
-            BoxesArg::Chain => Some(compute(MethodArg::Chain)?),
+        let method = args.boxes.map_or_else(|| Some(usual_method(&analysis)), BoxesArg::method);
+        let max_steps = args.limit.max_steps;
+        let hyper_boxes = match method {
+            Some(method) => Some(bounds::hyper_boxes(method, &loaded, &analysis, max_steps)?),
+            None => {
+                let what = "without boxes, every ray visits every node of the unfolded tree";
+                bounds::refuse_more_than(max_steps, &analysis.instances, &loaded, what)?;
+                None
+            }
         };
         let bounding_time = start.elapsed();
 
-        let framed = || -> Result<Aabb, Failure> {
-            match (&hyper_boxes, boxes, affordable) {
-                (Some(known), BoxesArg::Chain, MethodArg::Chain)
-                | (Some(known), BoxesArg::Conventional, MethodArg::Conventional) => Ok(known.root),
-                _ => Ok(compute(affordable)?.root),
-            }
+        let framed = || {
+            let root = root_box(&loaded.scene.graph, &loaded.bounds_limits());
+            root.map(|root| root.aabb).map_err(|error| bounds::failure(&loaded, error))
         };
         let camera = camera(look, f64::from(width) / f64::from(height), framed)?;
         let lights = lights(look, &camera);
-        Ok(Self { analysis, settings, boxes, hyper_boxes, bounding_time, camera, lights, loaded })
+        Ok(Self { analysis, settings, method, hyper_boxes, bounding_time, camera, lights, loaded })
     }
 
     pub(super) fn world(&self) -> World<'_> {
@@ -83,13 +80,9 @@ impl Stage {
     }
 }
 
-/// The best algorithm whose work is small beside that of a picture.
-fn affordable(analysis: &Analysis) -> MethodArg {
-    if analysis.chain_boxes <= BigUint::from(AFFORDABLE_CHAIN) {
-        MethodArg::Chain
-    } else {
-        MethodArg::Conventional
-    }
+/// The paper's algorithm where its work is small beside that of a picture.
+fn usual_method(analysis: &Analysis) -> MethodArg {
+    if analysis.chain_boxes <= BigUint::from(AFFORDABLE_CHAIN) { MethodArg::Chain } else { MethodArg::Exact }
 }
 
 /// The camera of the file, completed: what is missing of it is taken from the view that frames the solid.

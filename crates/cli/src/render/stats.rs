@@ -6,9 +6,9 @@ use csg_graph_trace::Counters;
 use serde::Serialize;
 
 use super::stage::Stage;
-use crate::args::BoxesArg;
+use crate::args::MethodArg;
 
-/// Counts and times of a picture. All but the times are the same on every machine and for any number of threads.
+/// Counts and times of a picture. The counts are the same on every machine and for any number of threads.
 #[derive(Serialize)]
 pub(super) struct Stats {
     scene: String,
@@ -31,17 +31,12 @@ pub(super) struct Stats {
 
 impl Stats {
     pub(super) fn new(stage: &Stage, counters: &Counters, threads: usize, tracing_time: Duration) -> Self {
-        let boxes = match stage.boxes {
-            BoxesArg::None => "none",
-            BoxesArg::Conventional => "conventional",
-            BoxesArg::Chain => "chain",
-        };
         Self {
             scene: stage.loaded.name.clone(),
             width: stage.settings.width,
             height: stage.settings.height,
             samples: stage.settings.samples,
-            boxes,
+            boxes: stage.method.map_or("none", MethodArg::name),
             primitives: stage.analysis.primitives.to_string(),
             rays: counters.rays,
             shadow_rays: counters.shadow_rays,
