@@ -3,6 +3,8 @@
 
 use std::fmt::Write;
 
+use rustc_hash::FxHashSet;
+
 use crate::{Expr, Graph, Node, NodeId};
 
 impl Graph {
@@ -16,13 +18,13 @@ impl Graph {
              edge [fontname = \"Helvetica\", fontsize = 10, arrowsize = 0.6];\n\n    \
              start [shape = point];\n",
         );
-        let reached = self.reached();
-        for &id in &reached {
+        let Reached { nodes, backward } = self.reached();
+        for &id in &nodes {
             let label = self.dot_label(id).replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n");
             let _ = writeln!(out, "    {id:?} [label = \"{label}\", {}];", style(self.node(id)));
         }
         let _ = writeln!(out, "\n    start -> {:?};", self.root());
-        for &id in &reached {
+        for &id in &nodes {
             let node = self.node(id);
             for (index, child) in node.children().iter().enumerate() {
                 let numbered = matches!(node, Node::Symbol(symbol) if symbol.rules.len() > 1);
@@ -30,8 +32,8 @@ impl Graph {
                 if numbered {
                     attributes.push(format!("label = \"{}\"", index + 1));
                 }
-                // An edge to a symbol that is already drawn above closes a cycle; it must not pull the symbol down.
-                if matches!(self.node(*child), Node::Symbol(_)) && self.leads_to(*child, id) {
+                // An edge that closes a cycle must not pull its symbol down.
+                if backward.contains(&(id, index)) {
                     attributes.push("constraint = false, style = dashed".to_owned());
                 }
                 let list = if attributes.is_empty() {
@@ -46,33 +48,31 @@ impl Graph {
         out
     }
 
-    /// The nodes below the root, each once, parents first.
-    fn reached(&self) -> Vec<NodeId> {
+    fn reached(&self) -> Reached {
+        let mut reached = Reached::default();
         let mut seen = vec![false; self.node_count()];
-        let mut order = Vec::new();
-        let mut pending = vec![self.root()];
-        while let Some(id) = pending.pop() {
+        let mut on_path = vec![false; self.node_count()];
+        let mut path = vec![(self.root(), 0)];
+        while let Some((id, next)) = path.last_mut() {
+            let (id, index) = (*id, *next);
+            *next += 1;
             if !std::mem::replace(&mut seen[id.index()], true) {
-                order.push(id);
-                pending.extend(self.node(id).children().iter().rev());
+                reached.nodes.push(id);
+                on_path[id.index()] = true;
+            }
+            match self.node(id).children().get(index) {
+                None => {
+                    on_path[id.index()] = false;
+                    path.pop();
+                }
+                Some(child) if on_path[child.index()] => {
+                    reached.backward.insert((id, index));
+                }
+                Some(child) if seen[child.index()] => {}
+                Some(child) => path.push((*child, 0)),
             }
         }
-        order
-    }
-
-    /// Whether `to` is below `from`.
-    fn leads_to(&self, from: NodeId, to: NodeId) -> bool {
-        let mut seen = vec![false; self.node_count()];
-        let mut pending = vec![from];
-        while let Some(id) = pending.pop() {
-            if id == to {
-                return true;
-            }
-            if !std::mem::replace(&mut seen[id.index()], true) {
-                pending.extend(self.node(id).children());
-            }
-        }
-        false
+        reached
     }
 
     fn dot_label(&self, id: NodeId) -> String {
@@ -102,6 +102,15 @@ impl Graph {
             Node::Operator(node) => node.operator.sign().to_owned(),
         }
     }
+}
+
+/// What a depth-first search from the root finds.
+#[derive(Default)]
+struct Reached {
+    /// The nodes below the root, each once, parents first.
+    nodes: Vec<NodeId>,
+    /// The edges back to a node on the way from the root: a node, and which of its children.
+    backward: FxHashSet<(NodeId, usize)>,
 }
 
 fn style(node: &Node) -> &'static str {
