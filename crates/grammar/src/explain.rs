@@ -1,7 +1,12 @@
-//! Errors of the graph, told to the author of the file: which place, with which values, and what probably causes it.
+//! Errors of the graph, told to the author of the file: recursions that do not end, states that are too many, solids that
+//! are not bounded.
 
-use csg_graph::{EvalError, Fault, GraphError, Node, NodeId, StatesError, SymbolState};
+use std::collections::BTreeSet;
 
+use csg_graph::{EvalError, GraphError, Node, NodeId, StatesError, SymbolState};
+
+use crate::faults::evaluation;
+use crate::number::{Number, values};
 use crate::{Diagnostic, Scene, SourceMap};
 
 impl Scene {
@@ -39,38 +44,27 @@ impl Scene {
             return Diagnostic::error(self.sources.node(self.graph.root()), "the recursion never ends");
         };
         let steps: Vec<_> =
-            path[..path.len().saturating_sub(1)].iter().map(|state| self.selected(state)).collect();
-        let leads = steps.iter().zip(1..).map(|(rule, next)| {
-            let last = next == path.len() - 1;
-            let to = match (last, steps.len()) {
-                (true, 1) => "back to itself".to_owned(),
-                (true, _) => format!("back to `{}`", path[next].name),
-                (false, _) => format!("to `{}`", path[next].name),
-            };
-            match rule {
-                Some((name, number)) => format!("rule {number} of `{name}` leads {to}"),
-                None => format!("that leads {to}"),
-            }
-        });
-        let way = leads.collect::<Vec<_>>().join(", ");
-        let help = match path.iter().find_map(|state| self.control(state.node)) {
-            Some(control) => format!("{way} and no parameter changes; does `{control}` decrease?"),
-            None => format!(
+            path.windows(2).map(|pair| (self.selected(&pair[0]), pair[1].name.as_str())).collect();
+        let way = way(&steps);
+        let control = path.iter().find_map(|state| self.control(state.node));
+        let help = match (control, round_trip(path)) {
+            (None, _) => format!(
                 "{way}, and no selection function ever takes another rule; give `{}` a rule that ends it",
                 first.name
+            ),
+            (Some(control), None) => format!("{way} and no parameter changes; does `{control}` decrease?"),
+            (Some(_), Some((name, values))) => format!(
+                "{way}, and `{name}` comes back to the value that it had: {values}; let a parameter go one way only, and \
+                 the selection end the recursion when it arrives"
             ),
         };
         let label = match values(&first.values) {
             None => "comes back to itself".to_owned(),
             Some(values) => format!("comes back to itself {values}"),
         };
-        let mut report = Diagnostic::error(
-            self.sources.node(first.node),
-            format!("the recursion of `{}` never ends", first.name),
-        )
-        .label(label)
-        .help(help);
-        if let Some((_, number)) = steps.first().cloned().flatten()
+        let message = format!("the recursion of `{}` never ends", first.name);
+        let mut report = Diagnostic::error(self.sources.node(first.node), message).label(label).help(help);
+        if let Some((Some((_, number)), _)) = steps.first()
             && let Some(rule) = self.sources.rules(first.node).get(number - 1)
         {
             report = report.also(*rule, "by this rule");
@@ -83,20 +77,61 @@ impl Scene {
         let Some(last) = path.last() else {
             return Diagnostic::error(self.sources.node(root), format!("more than {limit} states"));
         };
-        let message = format!("more than {limit} states: does the recursion of `{}` end?", last.name);
-        let report = Diagnostic::error(self.sources.node(last.node), message)
-            .label(values(&last.values).unwrap_or_default());
-        let drifting = path.iter().rev().skip(1).find(|state| state.node == last.node).and_then(|before| {
-            let pairs = before.values.iter().zip(&last.values);
-            pairs.filter(|(a, b)| a.0 == b.0).find(|(a, b)| a.1.to_bits() != b.1.to_bits())
-        });
-        report.help(match drifting {
-            Some(((name, before), (_, after))) => format!(
-                "`{name}` goes on from {before} to {after} and never stops it; if the recursion is meant to be this \
-                 deep, raise the limit of states"
+        let span = self.sources.node(last.node);
+        let label = values(&last.values).unwrap_or_default();
+        if let Some((name, from, to)) = self.descent(limit, path) {
+            let message = format!("more than {limit} states: does the recursion of `{}` end?", last.name);
+            return Diagnostic::error(span, message).label(label).help(format!(
+                "`{name}` has gone from {} to {} without ending it; if the recursion is meant to be this deep, raise the \
+                 limit of states",
+                Number(from),
+                Number(to)
+            ));
+        }
+        let changing: Vec<_> =
+            self.changing().filter(|name| last.values.iter().any(|(known, _)| known == name)).collect();
+        let help = match changing.as_slice() {
+            [] => "if so many are meant, raise the limit of states".to_owned(),
+            [name] => {
+                format!("`{name}` takes very many values; if they are meant, raise the limit of states")
+            }
+            names => format!(
+                "every combination of the values of {} is a state of its own; if so many are meant, raise the limit of \
+                 states",
+                names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
             ),
-            None => "if so many are meant, raise the limit of states".to_owned(),
+        };
+        Diagnostic::error(span, format!("more than {limit} states")).label(label).help(help)
+    }
+
+    /// A parameter that counts in equal steps, so far that its count makes most of the states, with its first and its last
+    /// value. The path has only the first states and the last.
+    fn descent<'p>(&self, limit: usize, path: &'p [SymbolState]) -> Option<(&'p str, f64, f64)> {
+        let last = path.last()?;
+        let mut same = path.iter().filter(|state| state.node == last.node);
+        let (first, before) = (same.next()?, same.rev().nth(1)?);
+        last.values.iter().find_map(|(name, to)| {
+            let (from, before) = (value(first, name)?, value(before, name)?);
+            let levels = ((to - from) / (to - before)).abs();
+            let nodes = self.graph.nodes().count();
+            #[expect(clippy::cast_precision_loss, reason = "an estimate")]
+            let deep = levels.is_finite() && levels * nodes as f64 >= limit as f64;
+            deep.then_some((name.as_str(), from, *to))
         })
+    }
+
+    /// The parameters that calculations set, in the order of their declaration.
+    fn changing(&self) -> impl Iterator<Item = &str> {
+        let set: BTreeSet<_> = self
+            .graph
+            .nodes()
+            .filter_map(
+                |(_, node)| if let Node::Calculation(node) = node { Some(&node.assignments) } else { None },
+            )
+            .flatten()
+            .map(|(param, _)| *param)
+            .collect();
+        set.into_iter().map(|param| self.graph.param_name(param))
     }
 
     /// The symbol's name and the number of the rule that it selects with these values.
@@ -123,6 +158,47 @@ impl Scene {
     }
 }
 
+/// `rule 1 of `A` leads to `B`, rule 2 of `B` leads back to `A``
+fn way(steps: &[(Option<(String, usize)>, &str)]) -> String {
+    const SHOWN: usize = 4;
+    let leads = steps.iter().zip(1..).map(|((rule, name), number)| {
+        let to = match (number == steps.len(), number) {
+            (true, 1) => "back to itself".to_owned(),
+            (true, _) => format!("back to `{name}`"),
+            (false, _) => format!("to `{name}`"),
+        };
+        match rule {
+            Some((name, number)) => format!("rule {number} of `{name}` leads {to}"),
+            None => format!("that leads {to}"),
+        }
+    });
+    abbreviated(leads.collect(), SHOWN, ", ")
+}
+
+/// A parameter that changes on the way from a state to itself, with its values.
+fn round_trip(path: &[SymbolState]) -> Option<(&str, String)> {
+    const SHOWN: usize = 6;
+    let first = path.first()?;
+    first.values.iter().find_map(|(name, start)| {
+        let met: Vec<f64> = path.iter().filter_map(|state| value(state, name)).collect();
+        let changes = met.iter().any(|met| met.to_bits() != start.to_bits());
+        let shown = || met.iter().map(|value| Number(*value).to_string()).collect();
+        changes.then(|| (name.as_str(), abbreviated(shown(), SHOWN, " → ")))
+    })
+}
+
+fn value(state: &SymbolState, name: &str) -> Option<f64> {
+    state.values.iter().find(|(known, _)| known == name).map(|(_, value)| *value)
+}
+
+/// A list, with `…` before the last where it is long.
+fn abbreviated(mut list: Vec<String>, shown: usize, between: &str) -> String {
+    if list.len() > shown {
+        list.splice(shown - 1..list.len() - 1, ["…".to_owned()]);
+    }
+    list.join(between)
+}
+
 /// Tells where and why a graph is not sound.
 pub(crate) fn graph_error(sources: &SourceMap, error: &GraphError) -> Vec<Diagnostic> {
     let diagnostic = match error {
@@ -140,57 +216,4 @@ pub(crate) fn graph_error(sources: &SourceMap, error: &GraphError) -> Vec<Diagno
         _ => Diagnostic::error(Default::default(), error.to_string()),
     };
     vec![diagnostic]
-}
-
-fn evaluation(sources: &SourceMap, error: &EvalError) -> Diagnostic {
-    let span = sources.place(&error.at);
-    let name = &error.at.label;
-    let with_values = values(&error.values);
-    let label = |alone: &str| with_values.clone().unwrap_or_else(|| alone.to_owned());
-    match &error.fault {
-        Fault::NoSuchRule { value, rules } => {
-            let range = if *rules == 1 { "its only rule is 1".to_owned() } else { format!("its rules are 1 to {rules}") };
-            let message = format!("the selection function of `{name}` gives {value}, and {range}");
-            let help = if value.fract() != 0.0 {
-                "a rule number is a whole number; `floor`, `ceil` and `round` make one".to_owned()
-            } else if *value == 0.0 {
-                "rules are counted from 1, and a condition that is false is 0; choose with `if(condition, 2, 1)`".to_owned()
-            } else if *value < 0.0 {
-                "rules are counted from 1; has a parameter passed its end? `clamp` keeps a value in range".to_owned()
-            } else {
-                format!("is rule {value} of `{name}` missing, or does the selection count from elsewhere?")
-            };
-            Diagnostic::error(span, message).label(label(&format!("always {value}"))).help(help)
-        }
-        Fault::Unset(param) => Diagnostic::error(span, format!("parameter `{param}` is read but was never set"))
-            .label(format!("`{param}` has no value here"))
-            .help(format!(
-                "give it an initial value between the first braces, or set it on every way here: `{{{param} = …}}`"
-            )),
-        Fault::NotANumber => Diagnostic::error(span, format!("a value of `{name}` is not a number"))
-            .label(label("not a number"))
-            .help("0/0 is none, nor is the root or the logarithm of a negative number"),
-        Fault::Infinite(_) => {
-            let zero = error.values.iter().find(|(_, value)| *value == 0.0);
-            let infinite = error.values.iter().find(|(_, value)| value.is_infinite());
-            let help = match (zero, infinite) {
-                (Some((zero, _)), _) => format!("was something divided by `{zero}`, which is 0 here?"),
-                (_, Some((param, _))) => format!("`{param}` is infinite itself: was something divided by zero to get it?"),
-                _ => "was something divided by zero?".to_owned(),
-            };
-            Diagnostic::error(span, format!("an argument of `{name}` is infinite")).label(label("divides by zero")).help(help)
-        }
-        Fault::Singular(call) => Diagnostic::error(span, format!("the transformation `{call}` is singular"))
-            .label(label("flattens every solid"))
-            .help("a factor of 0 (or rows that depend on each other) leaves no solid, and no ray finds its way back"),
-        fault => Diagnostic::error(span, fault.to_string()).label(label("no such solid")),
-    }
-}
-
-/// `where a = 1, b = 2`
-fn values(values: &[(String, f64)]) -> Option<String> {
-    const SHOWN: usize = 8;
-    let shown: Vec<_> = values.iter().take(SHOWN).map(|(name, value)| format!("{name} = {value}")).collect();
-    let more = if values.len() > SHOWN { ", …" } else { "" };
-    (!shown.is_empty()).then(|| format!("where {}{more}", shown.join(", ")))
 }

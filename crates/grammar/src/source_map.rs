@@ -1,5 +1,7 @@
 //! Where the nodes of a graph were written.
 
+use std::collections::BTreeMap;
+
 use csg_graph::{NodeId, Place};
 
 use crate::Span;
@@ -10,6 +12,8 @@ pub struct SourceMap {
     nodes: Vec<Source>,
     /// The rules of the S-nodes, which are the first nodes of a graph.
     rules: Vec<Vec<Span>>,
+    /// What attribute nodes are called; the graph knows only their terms.
+    attributes: BTreeMap<NodeId, &'static str>,
 }
 
 #[derive(Clone, Debug)]
@@ -47,6 +51,16 @@ impl SourceMap {
     /// If the node is of another graph.
     pub fn place(&self, place: &Place) -> Span {
         place.expr.map_or_else(|| self.node(place.node), |index| self.expr(place.node, index))
+    }
+
+    /// What the node of a place is called in the language.
+    pub(crate) fn name<'a>(&'a self, place: &'a Place) -> &'a str {
+        self.attributes.get(&place.node).copied().unwrap_or(&place.label)
+    }
+
+    /// Gives an attribute node its name.
+    pub(crate) fn record_attribute(&mut self, node: NodeId, name: &'static str) {
+        self.attributes.insert(node, name);
     }
 
     /// Nodes are recorded in the order in which they are built.

@@ -6,6 +6,7 @@ use csg_graph::{Expr, ParamId};
 
 use super::Lowering;
 use crate::names::{PI, nearest};
+use crate::number::Number;
 use crate::syntax::{Assignment, PrefixKind, Term};
 use crate::{Diagnostic, Override, Span};
 
@@ -83,7 +84,9 @@ impl Lowering<'_> {
             let mut seen: BTreeSet<ParamId> = BTreeSet::new();
             let params = expr.params().filter(|param| seen.insert(*param));
             let values: Vec<_> = params
-                .filter_map(|param| Some(format!("{} = {}", self.scope.param_name(param), env.get(param)?)))
+                .filter_map(|param| {
+                    Some(format!("{} = {}", self.scope.param_name(param), Number(env.get(param)?)))
+                })
                 .collect();
             let label =
                 if values.is_empty() { String::new() } else { format!("where {}", values.join(", ")) };

@@ -150,11 +150,15 @@ impl Lowering<'_> {
             PrefixKind::Color(args) => {
                 let name = self.name_of(prefix, names::COLOR);
                 let (exprs, spans) = self.args(COLOR_SIGNATURE, "the pigment, linear, 0 to 1", name, args)?;
-                (self.builder.attribute(AttributeTerm::COLOR.into_iter().zip(exprs), body?), spans)
+                let node = self.builder.attribute(AttributeTerm::COLOR.into_iter().zip(exprs), body?);
+                self.sources.record_attribute(node, names::COLOR);
+                (node, spans)
             }
             PrefixKind::Material(args) => {
                 let (terms, exprs, spans) = self.material(args)?;
-                (self.builder.attribute(terms.into_iter().zip(exprs), body?), spans)
+                let node = self.builder.attribute(terms.into_iter().zip(exprs), body?);
+                self.sources.record_attribute(node, names::MATERIAL);
+                (node, spans)
             }
             PrefixKind::Calculation(assignments) if assignments.is_empty() => return body,
             PrefixKind::Calculation(assignments) => {

@@ -1,0 +1,105 @@
+//! What goes wrong in an evaluation, told to the author of the file: where, with which values, and the probable cause.
+
+use csg_graph::{AttributeTerm, EvalError, Fault};
+
+use crate::number::{Number, values};
+use crate::{Diagnostic, SourceMap, Span};
+
+/// Tells where and why an evaluation failed.
+pub(crate) fn evaluation(sources: &SourceMap, error: &EvalError) -> Diagnostic {
+    let at =
+        Evaluation { span: sources.place(&error.at), name: sources.name(&error.at), values: &error.values };
+    match &error.fault {
+        Fault::NoSuchRule { value, rules } => at.no_such_rule(*value, *rules),
+        Fault::Unset(param) => at.unset(param),
+        Fault::NotANumber => at.not_a_number(),
+        Fault::Infinite(_) => at.infinite(),
+        Fault::Singular(call) => at.singular(call),
+        Fault::Negative { term, value } => at.negative(*term, *value),
+        fault => at.error(fault.to_string(), "no such solid"),
+    }
+}
+
+/// An evaluation that failed.
+struct Evaluation<'a> {
+    span: Span,
+    /// What was evaluated.
+    name: &'a str,
+    /// The parameters that were read.
+    values: &'a [(String, f64)],
+}
+
+impl Evaluation<'_> {
+    /// An error that shows the values of the parameters, or else something that holds without any.
+    fn error(&self, message: impl Into<String>, alone: &str) -> Diagnostic {
+        let label = values(self.values).unwrap_or_else(|| alone.to_owned());
+        Diagnostic::error(self.span, message).label(label)
+    }
+
+    fn no_such_rule(&self, value: f64, rules: usize) -> Diagnostic {
+        let name = self.name;
+        let range = match rules {
+            1 => "its only rule is 1".to_owned(),
+            _ => format!("its rules are 1 to {rules}"),
+        };
+        let shown = Number(value);
+        let help = if value.fract() != 0.0 {
+            "a rule number is a whole number; `floor`, `ceil` and `round` make one"
+        } else if value == 0.0 {
+            "rules are counted from 1, and a condition that is false is 0; choose with `if(condition, 2, 1)`"
+        } else if value < 0.0 {
+            "rules are counted from 1; has a parameter passed its end? `clamp` keeps a value in range"
+        } else {
+            &format!("is rule {shown} of `{name}` missing, or does the selection count from elsewhere?")
+        };
+        let message = format!("the selection function of `{name}` gives {shown}, and {range}");
+        self.error(message, &format!("always {shown}")).help(help)
+    }
+
+    fn unset(&self, param: &str) -> Diagnostic {
+        Diagnostic::error(self.span, format!("parameter `{param}` is read but was never set"))
+            .label(format!("`{param}` has no value here"))
+            .help(format!(
+                "give it an initial value between the first braces, or set it on every way here: `{{{param} = …}}`"
+            ))
+    }
+
+    fn not_a_number(&self) -> Diagnostic {
+        self.error(format!("a value of `{}` is not a number", self.name), "not a number")
+            .help("0/0 is none, nor is the root or the logarithm of a negative number")
+    }
+
+    fn infinite(&self) -> Diagnostic {
+        let zero = self.values.iter().find(|(_, value)| *value == 0.0);
+        let infinite = self.values.iter().find(|(_, value)| value.is_infinite());
+        let help = match (zero, infinite) {
+            (Some((zero, _)), _) => format!("was something divided by `{zero}`, which is 0 here?"),
+            (_, Some((param, _))) => {
+                format!("`{param}` is infinite itself: was something divided by zero to get it?")
+            }
+            _ => "was something divided by zero?".to_owned(),
+        };
+        self.error(format!("an argument of `{}` is infinite", self.name), "infinite").help(help)
+    }
+
+    fn singular(&self, call: &str) -> Diagnostic {
+        let name = self.name;
+        match name {
+            "rot" => self.error("the axis of `rot` has no direction", "cannot be turned about").help(
+                "the axis is a vector from the origin, such as (0, 0, 1); its length does not matter, but cannot be 0",
+            ),
+            "matrix" => self
+                .error("the transformation `matrix` is singular", "flattens every solid")
+                .help("rows that depend on each other leave no solid, and no ray finds its way back"),
+            _ => self
+                .error(format!("the transformation `{call}` is singular"), "flattens every solid")
+                .help("a factor of 0 leaves no solid, and no ray finds its way back; nor can one too near to 0 be undone"),
+        }
+    }
+
+    fn negative(&self, term: AttributeTerm, value: f64) -> Diagnostic {
+        let (name, value) = (self.name, Number(value));
+        self.error(format!("`{}` of `{name}` is {value}, which is negative", term.name()), "negative")
+            .help("there is no less than 0 of it; `max(0, …)` keeps a value from falling below")
+    }
+}
