@@ -11,6 +11,7 @@ use serde_json::{Map, Value};
 
 use crate::args::{BoundsArgs, Format, MethodArg};
 use crate::load::{Loaded, load};
+use crate::progress::Spinner;
 use crate::{Failure, print};
 
 /// What `bounds --format json` prints. Coordinates without a number are null: an unbounded side, or an empty box.
@@ -70,6 +71,9 @@ impl From<Aabb> for Corners {
     }
 }
 
+/// Steps of an algorithm that take longer than one waits without a sign of life: a second or so.
+const LONG: u32 = 3_000_000;
+
 /// Refuses work that is known to be too much, before it is begun.
 pub(crate) fn refuse_more_than(
     max_steps: u64,
@@ -98,15 +102,20 @@ pub(crate) fn hyper_boxes(
     let graph = &loaded.scene.graph;
     // The work is known beforehand; the algorithms need not count it once more.
     let limits = loaded.bounds_limits().with_steps(u64::MAX);
+    let sign_of_life = |work: &BigUint| (*work > BigUint::from(LONG)).then(|| Spinner::new("bounding"));
     let boxes = match method {
         MethodArg::Conventional => {
+            let work = &analysis.instances;
             let what = "the conventional algorithm visits every node of the unfolded tree";
-            refuse_more_than(max_steps, &analysis.instances, loaded, what)?;
+            refuse_more_than(max_steps, work, loaded, what)?;
+            let _spinner = sign_of_life(work);
             conventional(graph, &limits)
         }
         MethodArg::Chain => {
+            let work = &analysis.chain_boxes;
             let what = "the chain algorithm computes a box for each transformation above each primitive";
-            refuse_more_than(max_steps, &analysis.chain_boxes, loaded, what)?;
+            refuse_more_than(max_steps, work, loaded, what)?;
+            let _spinner = sign_of_life(work);
             chain(graph, &limits)
         }
         MethodArg::Exact => exact(graph, &limits).map(ExactBoxes::into_hyper_boxes),

@@ -11,6 +11,7 @@ mod fmt;
 mod graph;
 mod load;
 mod output;
+mod progress;
 pub mod render;
 
 use std::io::Write;

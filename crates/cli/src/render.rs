@@ -3,22 +3,19 @@
 mod stage;
 mod stats;
 
-use std::io::{Cursor, IsTerminal};
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use csg_graph_trace::{Film, RenderError, render};
 use image::{ImageError, ImageFormat, RgbImage};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::args::RenderArgs;
 use crate::load::{Loaded, load};
+use crate::progress::Bar;
 use crate::{Failure, output};
 use stage::Stage;
 use stats::Stats;
-
-/// Work that is done sooner shows no progress bar.
-const PATIENCE: Duration = Duration::from_millis(700);
 
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let path = args.output.clone().unwrap_or_else(|| picture_path(&args.scene.scene));
@@ -67,17 +64,12 @@ fn trace(loaded: Loaded, args: &RenderArgs) -> Result<(RgbImage, Stats), Failure
     let stage = Stage::set(loaded, args)?;
     let world = stage.world();
     let start = Instant::now();
-    let bar = progress_bar(u64::from(stage.settings.width) * u64::from(stage.settings.height));
-    let shown = |done: u64| {
-        if start.elapsed() > PATIENCE {
-            bar.set_position(done);
-        }
-    };
+    let bar = Bar::new(u64::from(stage.settings.width) * u64::from(stage.settings.height));
     let threads = args.threads.map_or(0, |threads| threads as usize);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|error| stage.loaded.refused(format!("cannot start the threads: {error}")))?;
-    let rendered = pool.install(|| render(&world, &stage.settings, &shown));
-    bar.finish_and_clear();
+    let rendered = pool.install(|| render(&world, &stage.settings, &|done| bar.show(done)));
+    drop(bar);
     let (film, counters) = rendered.map_err(|error| match error {
         RenderError::Eval(error) => stage.loaded.failure(&error.into()),
         other => stage.loaded.refused(other),
@@ -89,15 +81,4 @@ fn trace(loaded: Loaded, args: &RenderArgs) -> Result<(RgbImage, Stats), Failure
 fn to_image(film: &Film) -> RgbImage {
     let image = RgbImage::from_raw(film.width(), film.height(), film.to_srgb8());
     image.expect("a film has three bytes a pixel")
-}
-
-fn progress_bar(pixels: u64) -> ProgressBar {
-    // Not on a terminal, a bar would only fill a log.
-    let target = if std::io::stderr().is_terminal() {
-        ProgressDrawTarget::stderr()
-    } else {
-        ProgressDrawTarget::hidden()
-    };
-    let style = ProgressStyle::with_template("{percent:>3} % {wide_bar} {elapsed} elapsed, {eta} to go");
-    ProgressBar::with_draw_target(Some(pixels), target).with_style(style.expect("the template is sound"))
 }
