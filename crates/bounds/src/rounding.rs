@@ -14,9 +14,13 @@
 //! and as much as it has to be where something does. Distances and not coordinates, because turning does not enlarge
 //! them: errors would double with every second turn by 45°.
 //!
-//! **Products.** A chain may also be one matrix, the computed product of its maps. Each product of two errs by at most
-//! 9 ε times the product of their enlargements, so a chain of n maps, with the product σ of the enlargements and a bound
-//! t on where the origin may be on the way, follows the rule above with n c instead of c.
+//! **Products.** A chain may also be one matrix, the computed product of its maps. That drifts away from the exact
+//! product, by δ in what it does to distances and by τ in where it puts the origin. A product of two matrices errs by at
+//! most 9 ε times the product of their enlargements, so for the map (M, t) after the chain (M′, t′)
+//!
+//! > δ″ = σ δ′ + δ (σ′ + δ′) + c σ σ′, τ″ = σ τ′ + δ √3 |t′| + τ + c (σ √3 |t′| + |t|)
+//!
+//! and the image of a point is off by √3 δ |p| + τ more than by the rule above.
 
 use glam::DAffine3;
 
@@ -32,20 +36,24 @@ const DIAGONAL: f64 = 1.732_050_807_568_878;
 /// What a map, or a chain of maps as one matrix, does to errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rounding {
-    /// σ: how much it enlarges a distance at most, rounded up.
+    /// σ: how much it enlarges a distance at most, rounded up; δ included.
     gain: f64,
-    /// |t|: the largest coordinate that the image of the origin has or may have had on the way, rounded up.
+    /// |t|: the largest coordinate of the image of the origin.
     offset: f64,
-    /// n: how many maps it is the product of.
-    maps: f64,
+    /// c, or nothing for a map that is not even evaluated.
+    evaluation: f64,
+    /// δ and τ: how far it is from what it stands for.
+    linear_drift: f64,
+    offset_drift: f64,
 }
 
 impl Rounding {
     /// Of no map at all.
-    pub(crate) const NONE: Self = Self { gain: 1.0, offset: 0.0, maps: 0.0 };
+    pub(crate) const NONE: Self =
+        Self { gain: 1.0, offset: 0.0, evaluation: 0.0, linear_drift: 0.0, offset_drift: 0.0 };
 
     /// Of a map that changes nothing, evaluated.
-    pub(crate) const ONE: Self = Self { maps: 1.0, ..Self::NONE };
+    pub(crate) const ONE: Self = Self { evaluation: EVALUATION, ..Self::NONE };
 
     /// Of one map.
     pub(crate) fn of(affine: &DAffine3) -> Self {
@@ -54,30 +62,37 @@ impl Rounding {
         // where the axes that M scales along are those of the frame below, however it turns them.
         let square = m.transpose() * m;
         let row_sums = square.x_axis.abs() + square.y_axis.abs() + square.z_axis.abs();
-        // Small squares are lost; by so much, σ is at most underestimated.
+        // Squares may underflow: at most so much of σ is lost.
         let gain = row_sums.max_element().sqrt() * (1.0 + EVALUATION) + 1e-150;
         let offset = affine.translation.abs().max_element();
-        if affine.is_finite() { Self { gain, offset, maps: 1.0 } } else { Self::UNKNOWN }
+        let [gain, offset] = if affine.is_finite() { [gain, offset] } else { [f64::INFINITY; 2] };
+        Self { gain, offset, ..Self::ONE }
     }
 
-    const UNKNOWN: Self = Self { gain: f64::INFINITY, offset: f64::INFINITY, maps: 1.0 };
-
-    /// Of the product of this and a map, or chain, that is applied before it.
-    pub(crate) fn after(self, inner: Self) -> Self {
-        Self {
-            gain: self.gain * inner.gain * (1.0 + EVALUATION),
-            offset: (self.gain * DIAGONAL * inner.offset + self.offset) * (1.0 + EVALUATION),
-            maps: self.maps + inner.maps,
-        }
+    /// Of a computed product: that of `outer` and `inner`, which is applied first.
+    pub(crate) fn of_product(product: &DAffine3, outer: Self, inner: Self) -> Self {
+        let rounded = Self::of(product);
+        let linear_drift = outer.gain * inner.linear_drift
+            + outer.linear_drift * inner.gain
+            + EVALUATION * outer.gain * inner.gain;
+        let reach = DIAGONAL * inner.offset;
+        let offset_drift = outer.gain * inner.offset_drift
+            + outer.linear_drift * reach
+            + outer.offset_drift
+            + EVALUATION * (outer.gain * reach + outer.offset);
+        let gain = (rounded.gain + linear_drift) * (1.0 + EVALUATION);
+        Self { gain, linear_drift, offset_drift, ..rounded }
     }
 
     /// How far the image of a point is off that has no coordinate above `magnitude` and is itself off by at most
     /// `error`. Infinite if the evaluation may overflow.
     pub(crate) fn error_above(&self, magnitude: f64, error: f64) -> f64 {
-        let reach = self.gain * DIAGONAL * magnitude + self.offset;
+        let distance = DIAGONAL * magnitude;
+        let reach = self.gain * distance + self.offset;
         if reach < LARGEST {
+            let drift = self.linear_drift * distance + self.offset_drift;
             // The smallest normal number stands for underflow, which errs absolutely.
-            self.gain * error + EVALUATION * self.maps * reach + f64::MIN_POSITIVE
+            self.gain * error + self.evaluation * reach + drift + f64::MIN_POSITIVE
         } else {
             f64::INFINITY
         }
@@ -115,8 +130,12 @@ mod tests {
         let turned = DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.7);
         let error = (0..100).fold(1e-10, |error, _| Rounding::of(&turned).error_above(1.0, error));
         assert!(error < 1.1e-10, "{error}");
-        let chain = (0..100).fold(Rounding::NONE, |chain, _| Rounding::of(&turned).after(chain));
-        assert!(chain.error_above(1.0, 1e-10) < 1.1e-10, "{chain:?}");
+        let mut chain = (turned, Rounding::of(&turned));
+        for _ in 0..100 {
+            let product = turned * chain.0;
+            chain = (product, Rounding::of_product(&product, Rounding::of(&turned), chain.1));
+        }
+        assert!(chain.1.error_above(1.0, 1e-10) < 1.1e-10, "{chain:?}");
     }
 
     #[test]

@@ -4,14 +4,19 @@
 
 mod common;
 
-use common::{Recipe, recipes, transforms, unfold, union_recipes};
+use common::{Recipe, polytope_recipes, recipes, transforms, unfold, union_recipes};
 use csg_graph::{Graph, Primitive, PrimitiveKind, Transform};
-use csg_graph_bounds::{Aabb, EXCESS, HyperBoxes, Limits, Map, PointSet, Shape, chain, conventional};
+use csg_graph_bounds::{
+    Aabb, EXCESS, HyperBoxes, Limits, Map, PointSet, Shape, chain, conventional, exact, root_box,
+};
 use glam::DVec3;
 use proptest::prelude::*;
 
 /// What the tests' own arithmetic may err, relative to the coordinates in play.
 const TOLERANCE: f64 = 1e-11;
+
+/// What exact boxes are rounded outward by, at most, relative to the coordinates in play.
+const MARGIN: f64 = 1e-9;
 
 fn both(graph: &Graph) -> [HyperBoxes; 2] {
     let limits = Limits::default();
@@ -45,13 +50,78 @@ proptest! {
         for boxes in both(&graph) {
             let margin = TOLERANCE * scale(&boxes);
             let mut escaped = None;
-            let points = tree.sample(&mut |node, p| {
-                if !grown(boxes.nodes[node], margin).contains(p) {
-                    escaped = Some((node, p, boxes.nodes[node]));
+            let points = tree.sample(&mut |state, p| {
+                let found = boxes.nodes[state.node().index()];
+                if !grown(found, margin).contains(p) {
+                    escaped = Some((state.clone(), p, found));
                 }
             });
             prop_assert_eq!(escaped, None);
             prop_assert!(points.iter().all(|p| grown(boxes.root, margin).contains(*p)));
+        }
+    }
+
+    #[test]
+    fn no_point_escapes_the_box_of_its_state(recipe in recipes()) {
+        let graph = recipe.graph();
+        let boxes = exact(&graph, &Limits::default()).unwrap();
+        let margin = TOLERANCE * scale(&conventional(&graph, &Limits::default()).unwrap());
+        let mut escaped = None;
+        let tree = unfold(&graph, &graph.root_state());
+        tree.sample(&mut |state, p| {
+            let found = boxes.of(state).unwrap().aabb;
+            if !grown(found, margin).contains(p) {
+                escaped = Some((state.clone(), p, found));
+            }
+        });
+        prop_assert_eq!(escaped, None);
+        let root = root_box(&graph, &Limits::default()).unwrap();
+        prop_assert!(close(root.aabb, boxes.root, margin), "{:?} {:?}", root, boxes.root);
+    }
+
+    #[test]
+    fn exact_boxes_of_unions_are_exact(recipe in union_recipes()) {
+        let graph = recipe.graph();
+        let boxes = exact(&graph, &Limits::default()).unwrap();
+        let [_, chain] = both(&graph);
+        let margin = MARGIN * scale(&chain);
+        let tree = unfold(&graph, &graph.root_state());
+        let mut wrong = None;
+        tree.visit(&mut |instance| {
+            let (found, least) = (boxes.of(&instance.state).unwrap(), instance.exact_box());
+            if !close(found.aabb, least, margin) {
+                wrong = Some((instance.state.clone(), found, least));
+            }
+        });
+        prop_assert_eq!(wrong, None);
+        prop_assert!(boxes.gap <= margin);
+        prop_assert!(grown(chain.root, margin).encloses(boxes.root));
+        for (outer, inner) in chain.nodes.iter().zip(&boxes.nodes) {
+            prop_assert!(grown(*outer, margin).encloses(*inner), "{outer:?} {inner:?}");
+        }
+    }
+
+    #[test]
+    fn exact_boxes_of_polytopes_are_those_of_chains(recipe in polytope_recipes()) {
+        let graph = recipe.graph();
+        let boxes = exact(&graph, &Limits::default()).unwrap();
+        let [_, chain] = both(&graph);
+        let margin = MARGIN * scale(&chain);
+        prop_assert!(close(chain.root, boxes.root, margin));
+        for (chain, exact) in chain.nodes.iter().zip(&boxes.nodes) {
+            prop_assert!(close(*chain, *exact, margin), "{chain:?} {exact:?}");
+        }
+    }
+
+    #[test]
+    fn conventional_boxes_enclose_exact_boxes(recipe in recipes()) {
+        let graph = recipe.graph();
+        let boxes = exact(&graph, &Limits::default()).unwrap();
+        let [conventional, _] = both(&graph);
+        let margin = TOLERANCE * scale(&conventional);
+        prop_assert!(grown(conventional.root, margin).encloses(boxes.root));
+        for (outer, inner) in conventional.nodes.iter().zip(&boxes.nodes) {
+            prop_assert!(grown(*outer, margin).encloses(*inner), "{outer:?} {inner:?}");
         }
     }
 
@@ -71,14 +141,17 @@ proptest! {
         let [_, chain] = both(&graph);
         let margin = TOLERANCE * scale(&chain);
         let tree = unfold(&graph, &graph.root_state());
-        let mut exact = vec![Aabb::EMPTY; graph.node_count()];
-        tree.visit(&mut |instance| exact[instance.node] = exact[instance.node].join(instance.exact_box()));
-        exact.push(tree.exact_box());
-        for (exact, found) in exact.iter().zip(chain.nodes.iter().chain([&chain.root])) {
-            prop_assert!(grown(*found, margin).encloses(*exact), "{found:?} {exact:?}");
-            if !exact.is_empty() {
-                let most = exact.size() * (1.0 + EXCESS) + margin;
-                prop_assert!(found.size().cmple(most).all(), "{found:?} {exact:?}");
+        let mut least = vec![Aabb::EMPTY; graph.node_count()];
+        tree.visit(&mut |instance| {
+            let node = instance.node();
+            least[node] = least[node].join(instance.exact_box());
+        });
+        least.push(tree.exact_box());
+        for (least, found) in least.iter().zip(chain.nodes.iter().chain([&chain.root])) {
+            prop_assert!(grown(*found, margin).encloses(*least), "{found:?} {least:?}");
+            if !least.is_empty() {
+                let most = least.size() * (1.0 + EXCESS) + margin;
+                prop_assert!(found.size().cmple(most).all(), "{found:?} {least:?}");
             }
         }
     }
@@ -90,6 +163,9 @@ proptest! {
             for (cyclic, acyclic) in cyclic.iter().zip(both(&recipe.acyclic(shared))) {
                 prop_assert_eq!(cyclic.root, acyclic.root);
             }
+            let root = |graph| exact(&graph, &Limits::default()).unwrap().root;
+            let margin = MARGIN * scale(&cyclic[0]);
+            prop_assert!(close(root(recipe.graph()), root(recipe.acyclic(shared)), margin));
         }
     }
 

@@ -23,12 +23,17 @@ pub(super) struct BottomUp<S: Scene> {
 }
 
 impl<S: Scene> BottomUp<S> {
-    /// Bounds all states, with so many expansions a query.
-    pub(super) fn new(scene: &S, limits: &Limits, expansions: usize) -> Result<Self, BoundsError<S::Error>> {
+    /// Bounds all states. Unless there are intersections, whose boxes come from boxes, with no more expansions a query
+    /// than `enough`.
+    pub(super) fn new(scene: &S, limits: &Limits, enough: usize) -> Result<Self, BoundsError<S::Error>> {
         let mut states = States::explore(scene, limits)?;
+        let intersects = states.terms.iter().any(|term| matches!(term, Term::Intersection(_)));
         let count = states.terms.len();
         let mut solids = Solids::new(std::mem::take(&mut states.shapes));
-        let mut search = Search::new(expansions, limits.gap);
+        let mut search = Search::new(limits);
+        if enough < limits.expansions && !intersects {
+            (search.limit, search.rough) = (enough, true);
+        }
         let mut boxes: Vec<StateBox> = Vec::with_capacity(count);
         let mut images: Vec<Image> = Vec::with_capacity(count);
         let mut operands: Vec<Image> = Vec::new();
@@ -72,12 +77,14 @@ impl<S: Scene> BottomUp<S> {
         *self.boxes.last().expect("there is always the root's")
     }
 
-    /// The box of the root, by queries with so many expansions.
-    pub(super) fn refine_root(&mut self, expansions: usize) -> StateBox {
+    /// The box of the root, by queries as the limits allow.
+    pub(super) fn refined_root(&mut self, limits: &Limits) -> StateBox {
         let root = self.root();
+        if !self.search.rough {
+            return root;
+        }
         let image = *self.images.last().expect("there is always the root's");
-        self.search.limit = expansions;
-        mapped(&self.solids, &mut self.search, image, &DAffine3::IDENTITY, root)
+        mapped(&self.solids, &mut Search::new(limits), image, &DAffine3::IDENTITY, root)
     }
 }
 
@@ -131,13 +138,13 @@ pub(super) fn support<S: Shape>(
     if !outer.is_finite() {
         return Support { upper: outer, gap: 0.0 };
     }
-    let uncertain = spread(aabb.size(), gap, known.direction);
+    let uncertain = |gap| spread(aabb.size(), gap, known.direction);
     let tolerance = search.gap * known.direction.abs().dot(aabb.size());
     let part = solids.part(image);
     let error = solids.error(&part) * direction.length() * (1.0 + 4.0 * f64::EPSILON);
     // Where numbers overflow a query has nothing to compare. Twice the tolerance, as in a query.
-    if uncertain <= 2.0 * tolerance || !error.is_finite() {
-        return Support { upper: outer, gap: uncertain };
+    if uncertain(if search.rough { 0.0 } else { gap }) <= 2.0 * tolerance || !error.is_finite() {
+        return Support { upper: outer, gap: uncertain(gap) };
     }
     let Found { lower, upper } = search.support(solids, &part, direction, outer, tolerance);
     Support { upper: (upper + error).next_up().min(outer), gap: upper - lower }

@@ -55,7 +55,7 @@ use query::Search;
 /// # Panics
 /// If the scene numbers a node at or above its [`node_count`](Scene::node_count).
 pub fn exact<S: Scene>(scene: &S, limits: &Limits) -> Result<ExactBoxes<S>, BoundsError<S::Error>> {
-    let found = BottomUp::new(scene, limits, limits.expansions)?;
+    let found = BottomUp::new(scene, limits, usize::MAX)?;
     let mut nodes = vec![Aabb::EMPTY; scene.node_count()];
     for (state, found) in found.states.states.iter().zip(&found.boxes) {
         let node = scene.node(state);
@@ -72,20 +72,23 @@ pub fn exact<S: Scene>(scene: &S, limits: &Limits) -> Result<ExactBoxes<S>, Boun
 }
 
 /// The box of the root alone, as [`exact`] gives it but in less time: where `exact` asks for the box of each state until
-/// it is certain, this one asks six times.
+/// it is certain, this one asks six times, and for the other boxes only until they are of use for that.
+///
+/// Not where there is an intersection. Its box is what the boxes of its operands have in common, and these must be as
+/// certain as its own.
 ///
 /// # Cost
-/// As for `exact`, but with at most [`ROUGH`] expansions for each query but six.
+/// As for `exact`; of each query, the first few expansions.
 ///
 /// # Errors
 /// As for `exact`.
 pub fn root_box<S: Scene>(scene: &S, limits: &Limits) -> Result<StateBox, BoundsError<S::Error>> {
-    let mut found = BottomUp::new(scene, limits, ROUGH.min(limits.expansions))?;
-    Ok(found.refine_root(limits.expansions))
+    Ok(BottomUp::new(scene, limits, ROUGH)?.refined_root(limits))
 }
 
-/// How many expansions a query may have that only prunes others.
-const ROUGH: usize = 2;
+/// How many expansions a query needs whose answer only prunes others: with fewer the boxes grow from level to level and
+/// prune little, and more cost more than they save.
+const ROUGH: usize = 3;
 
 /// The boxes of all states of a scene, and of all nodes.
 pub struct ExactBoxes<S: Scene> {
@@ -157,7 +160,7 @@ impl<S: Scene> ExactBoxes<S> {
     /// Other volumes are made from supports.
     pub fn support(&self, state: &S::State, direction: DVec3) -> Option<Support> {
         let number = self.found.states.number(state)?;
-        let mut search = Search::new(self.limits.expansions, self.limits.gap);
+        let mut search = Search::new(&self.limits);
         let known = Known { below: self.found.boxes[number], direction, offset: 0.0 };
         let image = self.found.images[number];
         Some(bottom_up::support(&self.found.solids, &mut search, image, direction, &known))

@@ -37,7 +37,7 @@ use std::collections::BinaryHeap;
 use glam::DVec3;
 
 use super::solids::{Kind, Part, Solid, Solids};
-use crate::Shape;
+use crate::{Limits, Shape};
 
 /// How many expanded solids are remembered that others may be dominated by. Ties come one after the other.
 const RECENT: usize = 8;
@@ -54,6 +54,8 @@ pub(super) struct Found {
 pub(super) struct Search {
     /// The most expansions of one query.
     pub(super) limit: usize,
+    /// Whether a face of a known box is taken as it is, whatever its gap.
+    pub(super) rough: bool,
     /// The gap at which a query may end, relative to the extent of what it is for.
     pub(super) gap: f64,
     /// How many queries there were.
@@ -98,10 +100,18 @@ struct Open {
 }
 
 impl Search {
-    /// With so many expansions a query, and such a relative gap.
-    pub(super) fn new(limit: usize, gap: f64) -> Self {
-        let query = Query::default();
-        Self { limit, gap, queries: 0, expansions: 0, open: BinaryHeap::new(), recent: Vec::new(), query }
+    /// As the limits allow.
+    pub(super) fn new(limits: &Limits) -> Self {
+        Self {
+            limit: limits.expansions,
+            gap: limits.gap,
+            rough: false,
+            queries: 0,
+            expansions: 0,
+            open: BinaryHeap::new(),
+            recent: Vec::new(),
+            query: Query::default(),
+        }
     }
 
     /// The support of a part, which is known to be at most `upper`.
@@ -180,11 +190,12 @@ impl Search {
             query.best = query.best.max(exact.min(upper));
             return;
         }
-        let touched = 2.0 * but_the_largest(extents) + solid.gap * direction.abs().max_element();
-        let lower = (support - touched).min(upper);
+        let spread = 2.0 * but_the_largest(extents);
+        let lower = (support - spread - solid.gap * direction.abs().max_element()).min(upper);
         query.best = query.best.max(lower);
+        let uncertain = if self.rough { spread } else { upper - lower };
         // Twice, because the gap of a box that ended within the tolerance must be within it further up.
-        if upper - lower <= 2.0 * query.tolerance || !solid.kind.is_open() {
+        if uncertain <= 2.0 * query.tolerance || !solid.kind.is_open() {
             query.closed = query.closed.max(upper);
         } else {
             query.opened += 1;

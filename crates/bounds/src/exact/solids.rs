@@ -122,7 +122,10 @@ impl<S: Shape> Solids<S> {
     /// The image of an image under one more map.
     pub(super) fn map(&mut self, parent_from_child: DAffine3, child: Image) -> Image {
         let map = Chain { parent_from_child, rounding: Rounding::of(&parent_from_child) };
-        self.chains.push(self.compose(map, child.chain));
+        self.chains.push(match child.chain {
+            NO_CHAIN => map,
+            inner => map.after(&self.chains[inner as usize]),
+        });
         Image { chain: index(self.chains.len() - 1), solid: child.solid }
     }
 
@@ -135,7 +138,10 @@ impl<S: Shape> Solids<S> {
                 Kind::Union(inner) if self.parts.len() - start + inner.len() + left <= PARTS => {
                     for at in inner {
                         let part = self.parts[at as usize];
-                        let chain = self.chains[image.chain as usize].after(&part.chain);
+                        let chain = match image.chain {
+                            NO_CHAIN => part.chain,
+                            outer => self.chains[outer as usize].after(&part.chain),
+                        };
                         self.parts.push(Part { chain, ..part });
                     }
                 }
@@ -167,16 +173,13 @@ impl<S: Shape> Solids<S> {
         self.solids.push(Solid { kind, bounds, center, half, gap, error });
         Image { chain: NO_CHAIN, solid: index(self.solids.len() - 1) }
     }
-
-    fn compose(&self, outer: Chain, inner: u32) -> Chain {
-        if inner == NO_CHAIN { outer } else { outer.after(&self.chains[inner as usize]) }
-    }
 }
 
 impl Chain {
     fn after(&self, inner: &Self) -> Self {
         let parent_from_child = self.parent_from_child * inner.parent_from_child;
-        Self { parent_from_child, rounding: self.rounding.after(inner.rounding) }
+        let rounding = Rounding::of_product(&parent_from_child, self.rounding, inner.rounding);
+        Self { parent_from_child, rounding }
     }
 }
 

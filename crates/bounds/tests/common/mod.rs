@@ -62,8 +62,18 @@ pub(crate) fn transforms() -> impl Strategy<Value = (TransformKind, Vec<f64>)> {
     ]
 }
 
-fn terms(operators: &'static [Operator], cuts: u32) -> impl Strategy<Value = Term> {
-    let leaf = prop_oneof![1 => primitives(), 1 => Just(Term::Again)];
+/// Primitives that are the hulls of their points.
+fn polytopes() -> impl Strategy<Value = Term> {
+    let kinds = [PrimitiveKind::Cube, PrimitiveKind::Tetrahedron, PrimitiveKind::Dodecahedron];
+    prop::sample::select(kinds.to_vec()).prop_map(|kind| Term::Primitive(kind, vec![]))
+}
+
+fn terms(
+    operators: &'static [Operator],
+    cuts: u32,
+    primitives: impl Strategy<Value = Term> + 'static,
+) -> impl Strategy<Value = Term> {
+    let leaf = prop_oneof![1 => primitives, 1 => Just(Term::Again)];
     leaf.prop_recursive(8, 32, 2, move |below| {
         let boxed = || below.clone().prop_map(Box::new);
         let operator = prop::sample::select(operators);
@@ -80,12 +90,23 @@ fn terms(operators: &'static [Operator], cuts: u32) -> impl Strategy<Value = Ter
 /// Recursive solids with all operators.
 pub(crate) fn recipes() -> impl Strategy<Value = Recipe> {
     let operators = &[Operator::Union, Operator::Union, Operator::Intersection, Operator::Difference];
-    (0..4_u8, terms(operators, 1), primitives()).prop_map(|(n, step, base)| Recipe { n, step, base })
+    (0..4_u8, terms(operators, 1, primitives()), primitives()).prop_map(|(n, step, base)| Recipe {
+        n,
+        step,
+        base,
+    })
 }
 
 /// Recursive unions.
 pub(crate) fn union_recipes() -> impl Strategy<Value = Recipe> {
-    (0..4_u8, terms(&[Operator::Union], 0), primitives()).prop_map(|(n, step, base)| Recipe { n, step, base })
+    let step = terms(&[Operator::Union], 0, primitives());
+    (0..4_u8, step, primitives()).prop_map(|(n, step, base)| Recipe { n, step, base })
+}
+
+/// Recursive unions of polytopes.
+pub(crate) fn polytope_recipes() -> impl Strategy<Value = Recipe> {
+    let step = terms(&[Operator::Union], 0, polytopes());
+    (0..4_u8, step, polytopes()).prop_map(|(n, step, base)| Recipe { n, step, base })
 }
 
 impl Recipe {
@@ -154,9 +175,9 @@ fn build(
     }
 }
 
-/// One node of the unfolded tree, with the number of the graph's node.
+/// One node of the unfolded tree, with its state.
 pub(crate) struct Instance {
-    pub(crate) node: usize,
+    pub(crate) state: State,
     pub(crate) kind: Kind,
 }
 
@@ -176,10 +197,15 @@ pub(crate) fn unfold(graph: &Graph, state: &State) -> Instance {
         Step::Primitive(primitive) => Kind::Primitive(primitive),
         _ => unreachable!(),
     };
-    Instance { node: state.node().index(), kind }
+    Instance { state: state.clone(), kind }
 }
 
 impl Instance {
+    /// The number of the graph's node.
+    pub(crate) fn node(&self) -> usize {
+        self.state.node().index()
+    }
+
     /// Whether a point of the node's frame is in the solid.
     pub(crate) fn contains(&self, p: DVec3) -> bool {
         match &self.kind {
@@ -231,7 +257,7 @@ impl Instance {
 
     /// Points on the surfaces of the primitives that are in the solid, in the node's frame; those of every node below
     /// are shown to `see` in that node's frame.
-    pub(crate) fn sample(&self, see: &mut dyn FnMut(usize, DVec3)) -> Vec<DVec3> {
+    pub(crate) fn sample(&self, see: &mut dyn FnMut(&State, DVec3)) -> Vec<DVec3> {
         let points: Vec<DVec3> = match &self.kind {
             Kind::Primitive(primitive) => directions().map(|d| support_point(primitive, d)).collect(),
             Kind::Same(below) => below.sample(see),
@@ -245,7 +271,7 @@ impl Instance {
                 }
             }
         };
-        points.iter().for_each(|p| see(self.node, *p));
+        points.iter().for_each(|p| see(&self.state, *p));
         points
     }
 }
