@@ -22,7 +22,7 @@ pub struct Camera {
     pub eye: Option<DVec3>,
     /// What it looks at. Not where it is, if both are given.
     pub target: Option<DVec3>,
-    /// What is upwards in the picture; not zero.
+    /// What is upwards in the picture; of length 1.
     pub up: Option<DVec3>,
     /// The horizontal angle of view in degrees, between 0 and 180.
     pub fov: Option<f64>,
@@ -44,7 +44,7 @@ pub struct Light {
 pub enum LightSource {
     /// From a point of the world.
     Position(DVec3),
-    /// From infinitely far away. This is the way it travels; not zero, of any length.
+    /// From infinitely far away. This is the way it travels; of length 1.
     Direction(DVec3),
 }
 

@@ -47,6 +47,6 @@ impl Override {
 }
 
 fn in_excerpt(diagnostic: Diagnostic, text: &str) -> Diagnostic {
-    let excerpt = Excerpt { name: "value from outside".to_owned(), text: text.to_owned() };
+    let excerpt = Excerpt { name: "override".to_owned(), text: text.to_owned() };
     Diagnostic { excerpt: Some(excerpt), ..diagnostic }
 }

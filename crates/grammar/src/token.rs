@@ -75,6 +75,9 @@ pub(crate) enum Kind {
     Or,
     #[token("!")]
     Not,
+    /// A choice as other languages write it.
+    #[token("?")]
+    Question,
     /// Behind the last token.
     End,
 }

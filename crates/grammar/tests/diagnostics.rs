@@ -84,6 +84,9 @@ fn overrides_are_told_with_their_own_text() {
     assert!(report("ctn = 4").contains("did you mean `cnt`?"));
     assert!(report("cnt").contains("expected `NAME = EXPRESSION`"));
     assert!(report("cnt = 4 +").contains("expected an expression"));
+    assert!(report("cnt = cnt + 1").contains("`cnt` cannot be computed from itself"));
+    assert!(report("cnt == 3").contains("`==` compares; to assign, write `=`"));
+    assert!(report("cnt = (3").contains("the expression ends too early"));
     assert!(report("cnt = 4 5").contains("expected the end of the expression"));
     assert!(report("cnt = fBR").contains("`fBR` is set further down"));
     assert!(report("cnt = 0 / 0").contains("the initial value of `cnt` is not a number"));
@@ -120,10 +123,20 @@ fn scene_blocks_are_read_with_the_initial_parameters() {
     assert_eq!((look.camera.target, look.camera.up, look.camera.fov), (None, None, Some(33.0)));
     assert_eq!(look.lights[0].source, LightSource::Position((1.0, 2.0, 3.0).into()));
     assert_eq!((look.lights[0].shadow, look.lights[0].color), (false, glam::DVec3::ONE));
-    assert_eq!(look.lights[1].source, LightSource::Direction((0.0, 0.0, -3.0).into()));
+    assert_eq!(look.lights[1].source, LightSource::Direction((0.0, 0.0, -1.0).into()));
     assert_eq!((look.lights[1].shadow, look.lights[1].color), (true, glam::DVec3::new(2.0, 1.0, 0.5)));
     assert_eq!(look.background, Some(glam::DVec3::new(0.0, 0.25, 1.0)));
     assert_eq!((look.image.width, look.image.height, look.image.samples), (Some(192), None, Some(9)));
+}
+
+#[test]
+fn directions_may_have_any_length() {
+    let source = "{} sphere light { direction = (1e300, 0, 0); } light { direction = (0, -1e-300, 0); }
+        camera { up = (0, 0, 1e-320); }";
+    let look = load(source, &[]).unwrap().scene.look;
+    assert_eq!(look.lights[0].source, LightSource::Direction(glam::DVec3::X));
+    assert_eq!(look.lights[1].source, LightSource::Direction(glam::DVec3::NEG_Y));
+    assert_eq!(look.camera.up, Some(glam::DVec3::Z));
 }
 
 #[test]

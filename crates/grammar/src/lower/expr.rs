@@ -20,6 +20,8 @@ pub(super) struct Scope<'t> {
     poisoned: BTreeSet<ParamId>,
     /// Names that have been reported as unknown.
     reported: BTreeSet<String>,
+    /// The parameter whose initial value is being translated.
+    own: Option<&'t str>,
     /// Parameters that will be known further down.
     later: BTreeSet<&'t str>,
     /// Symbols and macros: known names, but not of numbers.
@@ -35,7 +37,13 @@ impl<'t> Scope<'t> {
         self.later.extend(names);
     }
 
+    /// The initial value of this parameter follows, and then its declaration.
+    pub(super) fn begin(&mut self, name: &'t str) {
+        self.own = Some(name);
+    }
+
     pub(super) fn declare(&mut self, name: &'t str, param: ParamId) {
+        self.own = None;
         self.later.remove(name);
         debug_assert_eq!(param.index(), self.param_names.len(), "every parameter is declared once");
         self.params.insert(name, param);
@@ -136,6 +144,13 @@ impl<'t> Scope<'t> {
                 format!("`{name}` is a solid or belongs to one, and not a number"),
             )
             .label("expected a number");
+        }
+        if self.own == Some(name) {
+            return Diagnostic::error(span, format!("`{name}` cannot be computed from itself"))
+                .label("has no value yet")
+                .help(
+                    "an initial value may use the parameters before it; to count, calculate: `{n = n + 1}`",
+                );
         }
         let help = if self.later.contains(name) {
             format!("`{name}` is set further down; initial values are evaluated in order")

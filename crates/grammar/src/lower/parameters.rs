@@ -32,6 +32,7 @@ impl Lowering<'_> {
                 continue;
             }
             declared.insert(name, assignment.name);
+            self.scope.begin(name);
             let given = overrides.iter().rfind(|given| given.name() == name);
             let value = self.initial_value(name, assignment, given);
             let param = match value {

@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::Lowering;
 use crate::look::{Camera, Image, Light, LightSource, Look};
 use crate::names::nearest;
+use crate::number::Number;
 use crate::syntax::{self, Assignment, ExprId, Item, SceneBlock};
 use crate::{Diagnostic, Span};
 
@@ -14,6 +15,10 @@ use crate::{Diagnostic, Span};
 const SIDE: u32 = 65_536;
 /// The most rays a pixel.
 const SAMPLES: u32 = 4096;
+/// The largest coordinate of a point, so that squares of distances are numbers.
+const FAR: f64 = 1e150;
+/// The smallest angle of view: where it is smaller, the rays of neighbouring pixels are one.
+const NARROW: f64 = 1e-6;
 
 impl Lowering<'_> {
     pub(super) fn scene_blocks(&mut self) -> Look {
@@ -49,14 +54,14 @@ impl Lowering<'_> {
         let target = fields.take("target").and_then(|field| self.point(field));
         let up = fields.take("up").and_then(|field| self.direction(field));
         let fov = fields.take("fov").and_then(|field| {
-            self.number_where(field, "an angle between 0 and 180 degrees", |fov| fov > 0.0 && fov < 180.0)
+            let what = format!("an angle of at least {} and below 180 degrees", Number(NARROW));
+            self.number_where(field, &what, |fov| (NARROW..180.0).contains(&fov))
         });
         if let (Some(eye), Some(target)) = (eye, target)
-            && eye == target
+            && let Some(label) = indistinct(eye, target)
         {
             let message = "the camera looks at the point where it is";
-            let report = Diagnostic::error(block.name, message).label("`eye` and `target` are the same");
-            self.diagnostics.push(report);
+            self.diagnostics.push(Diagnostic::error(block.name, message).label(label));
         }
         Camera { eye, target, up, fov }
     }
@@ -127,11 +132,21 @@ impl Lowering<'_> {
     }
 
     fn point(&mut self, field: Assignment) -> Option<DVec3> {
-        self.triple(field, "a point", "must be finite", |_| true)
+        let point = self.triple(field, "a point", "must be finite", |_| true)?;
+        if point.abs().max_element() <= FAR {
+            return Some(point);
+        }
+        let message = format!("`{}` is too far away", self.tree.text(field.name));
+        let report = Diagnostic::error(self.tree.expr_span(field.value), message).label(shown(point));
+        self.diagnostics.push(report.help(format!("coordinates are at most {}", Number(FAR))));
+        None
     }
 
+    /// A direction, whose length does not matter: of length 1, so that nobody's squares overflow.
     fn direction(&mut self, field: Assignment) -> Option<DVec3> {
-        self.triple(field, "a direction", "must not be zero", |direction| direction.try_normalize().is_some())
+        let direction =
+            self.triple(field, "a direction", "must not be zero", |direction| direction != DVec3::ZERO)?;
+        Some(unit(direction))
     }
 
     fn color(&mut self, field: Assignment) -> Option<DVec3> {
@@ -167,8 +182,7 @@ impl Lowering<'_> {
             return Some(triple);
         }
         let message = format!("`{}` is {what} and {condition}", tree.text(field.name));
-        let label = format!("({}, {}, {})", triple.x, triple.y, triple.z);
-        self.diagnostics.push(Diagnostic::error(span, message).label(label));
+        self.diagnostics.push(Diagnostic::error(span, message).label(shown(triple)));
         None
     }
 
@@ -177,9 +191,10 @@ impl Lowering<'_> {
         if sound(value) {
             return Some(value);
         }
+        let value = Number(value);
         let message = format!("`{}` is {what}, not {value}", self.tree.text(field.name));
         let span = self.tree.expr_span(field.value);
-        self.diagnostics.push(Diagnostic::error(span, message).label(format!("{value}")));
+        self.diagnostics.push(Diagnostic::error(span, message).label(value.to_string()));
         None
     }
 
@@ -212,4 +227,24 @@ impl Fields {
         let at = self.0.iter().position(|(known, _)| known == name)?;
         Some(self.0.swap_remove(at).1)
     }
+}
+
+/// Why there is no direction from one point to another.
+fn indistinct(eye: DVec3, target: DVec3) -> Option<&'static str> {
+    if eye == target {
+        Some("`eye` and `target` are the same")
+    } else if (target - eye).try_normalize().is_none() {
+        Some("`eye` and `target` are too close together")
+    } else {
+        None
+    }
+}
+
+/// A vector that is not zero, with length 1. Its squares may be too large or too small for numbers.
+fn unit(vector: DVec3) -> DVec3 {
+    (vector / vector.abs().max_element()).normalize()
+}
+
+fn shown(triple: DVec3) -> String {
+    format!("({}, {}, {})", Number(triple.x), Number(triple.y), Number(triple.z))
 }

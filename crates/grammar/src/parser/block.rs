@@ -138,13 +138,17 @@ impl Parser<'_> {
 
     /// `name = value` and nothing else.
     pub(super) fn lone_assignment(&mut self) -> Option<Assignment> {
-        if self.kind() != Kind::Name || self.kind_at(self.at + 1) != Kind::Assign {
+        if self.kind() != Kind::Name || !matches!(self.kind_at(self.at + 1), Kind::Assign | Kind::Equal) {
             self.report(self.expected("`NAME = EXPRESSION`"));
             return None;
         }
         let assignment = self.assignment();
         if self.kind() != Kind::End {
             self.report(self.expected("the end of the expression").help_if(self.missing_product()));
+        } else if self.reported == Some(self.at)
+            && let Some(report) = self.diagnostics.pop()
+        {
+            self.diagnostics.push(report.help("the expression ends too early"));
         }
         assignment
     }

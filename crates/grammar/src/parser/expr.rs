@@ -109,7 +109,10 @@ impl Parser<'_> {
                 None
             }
             kind => {
-                self.report(self.expected("an expression"));
+                let doubled = kind == Kind::Star && self.previous().end == self.span().start;
+                let power = doubled && self.at > 0 && self.kind_at(self.at - 1) == Kind::Star;
+                let help = power.then(|| "a power is written `a ^ b`".to_owned());
+                self.report(self.expected("an expression").help_if(help));
                 // A doubled operator is skipped; anything else may be what the surroundings wait for.
                 if binary(kind).is_some() {
                     self.advance();
@@ -155,6 +158,11 @@ impl Parser<'_> {
                     stack.push(Open::Binary(operator, operand));
                     return None;
                 }
+                Kind::Question => {
+                    let help = "a choice is written `if(condition, a, b)`";
+                    self.report(self.expected("an operator").help(help));
+                    self.skip_alternatives();
+                }
                 _ => {}
             }
             operand = self.reduce(stack, operand, 0);
@@ -183,6 +191,23 @@ impl Parser<'_> {
                     operand = self.tree.push_expr(Expr::Call { name, args }, name.to(close));
                 }
                 Some(Open::Unary(..) | Open::Binary(..)) => unreachable!("`reduce` takes all operators"),
+            }
+        }
+    }
+
+    /// Skips what follows `?` up to the end of the expression.
+    fn skip_alternatives(&mut self) {
+        let mut depth = 0_u32;
+        loop {
+            self.advance();
+            let kind = self.kind();
+            match kind {
+                Kind::OpenParen => depth += 1,
+                Kind::CloseParen if depth > 0 => depth -= 1,
+                Kind::End | Kind::Semicolon | Kind::OpenBrace | Kind::CloseBrace => return,
+                Kind::CloseParen | Kind::Comma if depth == 0 => return,
+                _ if self.token().begins_line && self.begins_item(self.at) => return,
+                _ => {}
             }
         }
     }

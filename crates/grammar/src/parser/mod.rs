@@ -41,20 +41,22 @@ impl Parsed {
 /// assert!(!parsed.has_errors());
 /// ```
 pub fn parse(source: &str) -> Parsed {
-    let mut parser = Parser::new(source);
+    let mut parser = Parser::new(source, "the end of the file");
     parser.file();
     parser.finish()
 }
 
 /// Parses one assignment, `name = expression`, for a parameter that is set from outside.
 pub(crate) fn parse_assignment(source: &str) -> (Parsed, Option<Assignment>) {
-    let mut parser = Parser::new(source);
+    let mut parser = Parser::new(source, "the end");
     let assignment = parser.lone_assignment();
     (parser.finish(), assignment)
 }
 
 struct Parser<'s> {
     source: &'s str,
+    /// What the end of the source is called in messages.
+    end: &'static str,
     tokens: Vec<Token>,
     at: usize,
     tree: SyntaxTree,
@@ -68,7 +70,7 @@ struct Parser<'s> {
 }
 
 impl<'s> Parser<'s> {
-    fn new(source: &'s str) -> Self {
+    fn new(source: &'s str, end: &'static str) -> Self {
         let mut diagnostics = Vec::new();
         let token::Lexed { tokens, comments } = token::lex(source, &mut diagnostics);
         let unicode = tokens.iter().any(|token| {
@@ -78,6 +80,7 @@ impl<'s> Parser<'s> {
         let tree = SyntaxTree { source: source.into(), comments, unicode, ..Default::default() };
         let mut parser = Self {
             source,
+            end,
             tokens,
             at: 0,
             tree,
@@ -167,7 +170,10 @@ impl<'s> Parser<'s> {
 
     /// The current token, as messages name it.
     fn found(&self) -> String {
-        self.kind().describe(self.text())
+        match self.kind() {
+            Kind::End => self.end.to_owned(),
+            kind => kind.describe(self.text()),
+        }
     }
 
     /// An error at the current token. Nothing is said twice about one token, nor about one that follows characters that
