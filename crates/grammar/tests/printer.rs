@@ -108,3 +108,10 @@ b = sphere
 "
     );
 }
+
+#[test]
+fn line_ends_of_other_systems_are_read_and_not_written() {
+    let parsed = parse("\u{feff}{} max // a solid\r\n\r\nmax = sphere\r\n");
+    assert_eq!(parsed.diagnostics, []);
+    assert_eq!(print(&parsed.tree), "{} max  // a solid\n\nmax = sphere\n");
+}
