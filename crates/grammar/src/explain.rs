@@ -114,7 +114,6 @@ impl Scene {
             let (from, before) = (value(first, name)?, value(before, name)?);
             let levels = ((to - from) / (to - before)).abs();
             let nodes = self.graph.nodes().count();
-            #[expect(clippy::cast_precision_loss, reason = "an estimate")]
             let deep = levels.is_finite() && levels * nodes as f64 >= limit as f64;
             deep.then_some((name.as_str(), from, *to))
         })

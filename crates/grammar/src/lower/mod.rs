@@ -4,6 +4,7 @@
 //! the nodes of its term, made once and shared by all that name it. Prefixes become C-, T- and attribute nodes. All
 //! mistakes in names, counts of arguments and numbers of rules are collected before giving up.
 
+mod args;
 mod definitions;
 mod doubts;
 mod expr;

@@ -10,6 +10,7 @@
 mod block;
 mod expr;
 mod item;
+mod prefix;
 mod term;
 
 use std::collections::BTreeSet;
