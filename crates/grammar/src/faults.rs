@@ -83,7 +83,9 @@ impl Evaluation<'_> {
     }
 
     fn singular(&self, call: &str) -> Diagnostic {
+        const SHOWN: usize = 40;
         let name = self.name;
+        let call = if call.len() <= SHOWN { call } else { name };
         match name {
             "rot" => self.error("the axis of `rot` has no direction", "cannot be turned about").help(
                 "the axis is a vector from the origin, such as (0, 0, 1); its length does not matter, but cannot be 0",
