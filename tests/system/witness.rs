@@ -35,17 +35,21 @@ fn counts_and_boxes_agree_with_an_independent_program() {
         assert_eq!(row["depth"], analysis.depth, "depth of {what}");
 
         let (Some(min), Some(max)) = (corner(row, "min"), corner(row, "max")) else { continue };
+        let exact = Aabb::new(min, max);
+        let limits = csg_graph_bounds::Limits::default();
+        let least = csg_graph_bounds::exact(&graph, &limits).unwrap().root;
+        let off = (least.min - min).abs().max((least.max - max).abs()).max_element();
+        assert!(off < 1e-9, "{what}: {least:?} is not {exact:?}");
         if analysis.primitives > WALKED.into() {
             continue;
         }
-        let exact = Aabb::new(min, max);
-        let limits = csg_graph_bounds::Limits::default();
         let tight = chain(&graph, &limits).unwrap().root;
         let loose = conventional(&graph, &limits).unwrap().root;
         let slack = DVec3::splat(1e-9);
         let grown = |aabb: Aabb| Aabb::new(aabb.min - slack, aabb.max + slack);
         assert!(grown(tight).encloses(exact), "{what}: {tight:?} cuts {exact:?}");
         assert!(grown(loose).encloses(tight), "{what}: {loose:?} cuts {tight:?}");
+        assert!(grown(tight).encloses(least), "{what}: {tight:?} cuts {least:?}");
         let excess = (tight.size() / exact.size()).max_element() - 1.0;
         assert!(excess < csg_graph_bounds::EXCESS, "{what}: the chain box is {excess} too large");
     }

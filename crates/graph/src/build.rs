@@ -1,5 +1,7 @@
 //! Making graphs in Rust: trees, dags and cyclic graphs, without any text.
 
+use rustc_hash::FxHashMap;
+
 use crate::liveness::Liveness;
 use crate::node::{
     AttributeNode, AttributeTerm, Calculation, OperatorNode, PrimitiveNode, Symbol, Transformation,
@@ -38,12 +40,13 @@ use crate::{
 pub struct GraphBuilder {
     nodes: Vec<Node>,
     params: Vec<String>,
+    by_name: FxHashMap<String, ParamId>,
     initial: Env,
 }
 
 impl Default for GraphBuilder {
     fn default() -> Self {
-        Self { nodes: Vec::new(), params: Vec::new(), initial: Env::unset(0) }
+        Self { nodes: Vec::new(), params: Vec::new(), by_name: FxHashMap::default(), initial: Env::unset(0) }
     }
 }
 
@@ -66,20 +69,16 @@ impl GraphBuilder {
         if let Some(param) = self.find_param(name) {
             return param;
         }
+        let param = ParamId::from_index(self.params.len());
         self.params.push(name.to_owned());
-        let mut initial = Env::unset(self.params.len());
-        for param in (0..self.params.len() - 1).map(ParamId::from_index) {
-            if let Some(value) = self.initial.get(param) {
-                initial.set(param, value);
-            }
-        }
-        self.initial = initial;
-        ParamId::from_index(self.params.len() - 1)
+        self.by_name.insert(name.to_owned(), param);
+        self.initial.extend();
+        param
     }
 
     /// The parameter of that name.
     pub fn find_param(&self, name: &str) -> Option<ParamId> {
-        self.params.iter().position(|known| known == name).map(ParamId::from_index)
+        self.by_name.get(name).copied()
     }
 
     /// The initial values so far.
@@ -171,7 +170,7 @@ impl GraphBuilder {
     /// If a handle dangles, a symbol has no rules, a cycle passes no symbol, a constant transformation is singular, a
     /// constant primitive has no extent, or a half-space is not bounded.
     pub fn finish(self, root: NodeId) -> Result<Graph, GraphError> {
-        let Self { nodes, params, initial } = self;
+        let Self { nodes, params, initial, by_name: _ } = self;
         validate::handles(&nodes, params.len(), root)?;
         let liveness = Liveness::new(&nodes, params.len());
         let mut graph = Graph { nodes, params, initial, root, liveness };

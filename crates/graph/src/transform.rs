@@ -172,7 +172,9 @@ impl TransformKind {
             Self::FlipXz => Transform::Scale(DVec3::new(1.0, -1.0, 1.0)),
             Self::FlipYz => Transform::Scale(DVec3::new(-1.0, 1.0, 1.0)),
             Self::Rot => {
-                let axis = vector(0).try_normalize()?;
+                // Scaled first, since the square of a long axis leaves the range of numbers.
+                let axis = vector(0);
+                let axis = (axis / axis.abs().max_element()).try_normalize()?;
                 let (sin, cos) = angle::sin_cos(args[3]);
                 // Rodrigues: v cos + (axis × v) sin + axis (axis·v)(1 − cos)
                 let column = |v: DVec3| v * cos + axis.cross(v) * sin + axis * (axis.dot(v) * (1.0 - cos));
