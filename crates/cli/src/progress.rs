@@ -1,10 +1,13 @@
 //! What long work shows on a terminal. Elsewhere it would only fill a log, and nothing is shown.
 
 use std::borrow::Cow;
+use std::fmt::Display;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::say;
 
 /// Work that is done sooner shows no bar.
 const PATIENCE: Duration = Duration::from_millis(700);
@@ -55,6 +58,13 @@ impl Spinner {
 impl Drop for Spinner {
     fn drop(&mut self) {
         self.0.finish_and_clear();
+    }
+}
+
+/// Says that something is done, to who is watching.
+pub(crate) fn tell(line: impl Display) {
+    if std::io::stderr().is_terminal() {
+        say(line);
     }
 }
 

@@ -13,7 +13,7 @@ use image::{ImageError, ImageFormat, RgbImage};
 use crate::args::RenderArgs;
 use crate::load::{Loaded, load};
 use crate::progress::Bar;
-use crate::{Failure, output};
+use crate::{Failure, output, progress};
 use stage::Stage;
 use stats::Stats;
 
@@ -32,6 +32,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let bytes =
         encode(&image).map_err(|error| Failure::file(&path, "write it")(std::io::Error::other(error)))?;
     output::write(&path, &bytes)?;
+    progress::tell(format_args!("{}: {} × {} pixels", path.display(), image.width(), image.height()));
     args.stats.as_deref().map_or(Ok(()), |stats| output::write(stats, measured.to_json().as_bytes()))
 }
 
