@@ -2,13 +2,18 @@
 //!
 //! The box about a transformed box is larger than the box about the transformed solid. One such step hardly matters; a
 //! scene graph takes one at every level, and where rotations or shears follow each other the boxes grow with each until
-//! they are useless. This crate calculates boxes as \[TRAX95\] does it, *through the whole chain of transformations*: the
-//! points of each shape are sent up to the root and give one box in each frame on the way.
+//! they are useless. This crate has three algorithms:
 //!
-//! | | how a transformation comes to its box | boxes | time, for each shape of the unfolded tree |
-//! |---|---|---|---|
-//! | [`conventional`] | box of the transformed box below | grow with the depth | the nodes above it |
-//! | [`chain`] | box of the shapes' transformed points | tight | its points × the transformations above it |
+//! | | how a transformation comes to its box | boxes | time | sympodial tree of order 12 |
+//! |---|---|---|---|---|
+//! | [`conventional`] | box of the transformed box below | grow with the depth | nodes of the unfolded tree | 0.1 s |
+//! | [`chain`] | box of the shapes' transformed points | tight | shapes of it × transformations above each | 1.8 s |
+//! | [`exact`] | supports of what is below, searched best first | exact, one a state | states × levels that a part takes to shrink to nothing | 0.3 ms |
+//!
+//! The first is everybody's; the second is \[TRAX95\]'s, which sends the points of each shape up *through the whole chain
+//! of transformations*. Both walk the unfolded tree, which doubles with every level. The third does not: what is below
+//! a node depends only on the node and on the values that are still read below it, its *state*. The tree of order 60 has
+//! 1.8 · 10¹⁹ primitives and 774 states, and takes 5 ms. **Use [`exact`]**; the others are there to compare with.
 //!
 //! # A scene of one's own
 //!
@@ -21,7 +26,7 @@
 //! ```
 //! use std::convert::Infallible;
 //!
-//! use csg_graph_bounds::{Aabb, Limits, Scene, Step, chain, conventional};
+//! use csg_graph_bounds::{Aabb, Limits, Scene, Step, conventional, exact};
 //! use glam::{DAffine3, DVec3};
 //!
 //! struct Column;
@@ -72,36 +77,49 @@
 //!     }
 //! }
 //!
-//! let tight = chain(&Column, &Limits::default())?;
+//! let column = exact(&Column, &Limits::default())?;
+//! assert!(column.root.size().x < 2.3);
+//! assert!(column.gap < 1e-9);
+//!
+//! // Every state has a box.
+//! let upper_half = column.of(&State::Column(10)).unwrap();
+//! assert!(upper_half.aabb.size().z < column.root.size().z);
+//!
 //! let loose = conventional(&Column, &Limits::default())?;
-//! assert!(tight.root.size().x < 2.3);
 //! assert!(loose.root.size().x > 12.0);
-//! assert!(loose.root.encloses(tight.root));
 //! # Ok::<(), csg_graph_bounds::BoundsError<Infallible>>(())
 //! ```
 //!
 //! - The transformations are [`glam`]'s here; any affine function of points is a [`Map`].
-//! - An [`Aabb`] is a [`Shape`] itself, a cuboid. Other shapes say their box and their [`PointSet`], points whose hull
-//!   *encloses* the shape. For polytopes and meshes those are the vertices; for balls, cylinders, cones and tori the
-//!   point sets are here, with a proof of what they enclose and of how much they exceed it, at most [`EXCESS`].
+//! - An [`Aabb`] is a [`Shape`] itself, a cuboid. Other shapes say their box, their support, and, for [`chain`], their
+//!   [`PointSet`], points whose hull *encloses* the shape. For polytopes and meshes those are the vertices; for balls,
+//!   cylinders, cones and tori the point sets are here, with a proof of what they enclose and of how much they exceed
+//!   it, at most [`EXCESS`].
+//! - Equal states must be the same solid, and the fewer states there are the better: a state that carries a value that
+//!   nothing below it reads is many states.
 //! - A scene that can fail says how in its `Error`. It arrives as [`BoundsError::Scene`].
 //!
 //! # What comes out
 //!
-//! [`HyperBoxes`]: the box of the root, and for every node the union over all its places in the unfolded tree, in the
-//! node's own frame; for a transformation that is the frame that it maps *into*. A ray tracer that maps rays down the
-//! graph tests each ray in the frame where it is, and so meets the boxes of all levels.
+//! From all three the box of the root and, for every node, its *hyper box*: the union over all its places in the unfolded
+//! tree, in the node's own frame; for a transformation that is the frame that it maps *into*. A ray tracer that maps rays
+//! down the graph tests each ray in the frame where it is, and so meets the boxes of all levels.
+//!
+//! From [`exact`], as [`ExactBoxes`], also the box of every state, and supports in any direction, of which other volumes
+//! are made. [`root_box`] is for those who need only the root's.
 //!
 //! **Boxes are conservative**, in floating point too: each is rounded outward by what the maps of its chain may have
-//! rounded, some 10⁻¹⁵ of the magnitudes on the way. Infinite or overflowing coordinates give the whole space,
-//! [`Aabb::ALL`], never a number that is none. A solid with no points has the canonical [`Aabb::EMPTY`].
+//! rounded, some 10⁻¹⁵ of the magnitudes on the way. Infinite or overflowing coordinates give sides without end, never a
+//! number that is none. A solid with no points has the canonical [`Aabb::EMPTY`]. To store boxes in single precision, use
+//! [`Aabb::to_f32_outward`].
 //!
 //! **∩ and \\** follow the algebra of boxes: an intersection has what is in both boxes, a difference the box of its left
 //! operand. An operand's own box is never clipped by the other. Unbounded shapes are fine wherever an operator bounds
 //! them.
 //!
-//! **Work is limited.** Both algorithms walk the unfolded tree, which may be huge or endless; [`Limits`] bound steps and
-//! memory, and an error says which limit was met. Nothing recurses on the machine stack.
+//! **Work is limited.** [`Limits`] bound steps, states and memory, and an error says which limit was met. For [`exact`], a
+//! state that leads back to itself is an error that names the cycle; for the other two it is just another tree that is
+//! too deep. Nothing recurses on the machine stack. Results depend on nothing but the scene and the limits.
 //!
 //! # Features
 //!

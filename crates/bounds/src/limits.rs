@@ -4,18 +4,19 @@ use std::fmt;
 
 /// How much an algorithm may do before it gives up with an error.
 ///
-/// The algorithms of this crate walk the whole unfolded tree, which a few lines of a scene make larger than any machine
-/// can walk, or endless. Work and memory are therefore counted, and the counts limited.
+/// A few lines of a scene unfold into a tree that no machine can walk, or into one that never ends, and may as easily have
+/// endlessly many states. Work and memory are therefore counted, and the counts limited.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Limits {
-    /// Steps: nodes visited plus boxes computed, those of the frames above a shape included. Of a chain's boxes, each
-    /// maps all points of a shape.
+    /// Steps of the algorithms that walk the unfolded tree, [`conventional`](crate::conventional) and
+    /// [`chain`](crate::chain): nodes visited plus boxes computed, those of the frames above a shape included. Of a chain's
+    /// boxes, each maps all points of a shape.
     ///
     /// By default 200 million, about as much as someone waits for: some twenty seconds of the conventional algorithm, a
     /// minute or more of the chain algorithm.
     pub steps: u64,
-    /// Nodes, maps and boxes held at one time: they grow with the depth of the unfolded tree.
+    /// Nodes, maps and boxes that those algorithms hold at one time: they grow with the depth of the unfolded tree.
     ///
     /// By default 5 million, which is a recursion of about a million levels and some hundred megabytes: an endless
     /// recursion is stopped before it takes the machine's memory.
@@ -30,9 +31,9 @@ pub struct Limits {
     /// By default 10,000, which is a millisecond. Most queries need less than a hundred.
     pub expansions: usize,
     /// The gap, relative to the extent of the box, at which a support query of [`exact`](crate::exact) may end and add
-    /// it to the box.
+    /// it to the box. Gaps from below add to it: up to a few times as much.
     ///
-    /// By default 10⁻¹². What is larger makes the queries faster and the boxes larger by as much.
+    /// By default 10⁻¹². In deep scenes, larger ones make the queries faster, and the boxes larger by as much.
     pub gap: f64,
 }
 

@@ -16,7 +16,7 @@ mod sympodial;
 use std::time::Instant;
 
 use csg_graph::{Expr, GraphBuilder, PrimitiveKind, TransformKind};
-use csg_graph_bounds::{HyperBoxes, Limits, chain, conventional};
+use csg_graph_bounds::{HyperBoxes, Limits, chain, conventional, exact};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     rotations()?;
@@ -51,27 +51,34 @@ fn rotations() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// The root box of the sympodial tree by both algorithms.
+/// The root box of the sympodial tree by all algorithms. The exact one takes no notice of how much is unfolded.
 fn tree() -> Result<(), Box<dyn std::error::Error>> {
     println!("The sympodial tree of Fig. 1.1a: volume of the root box, and the time that it takes");
     println!(
-        "{:>5} {:>10} {:>14} {:>9} {:>10} {:>9} {:>9}",
-        "cnt", "primitives", "conventional", "seconds", "chain", "seconds", "ratio"
+        "{:>5} {:>10} {:>14} {:>9} {:>10} {:>9} {:>10} {:>9} {:>7}",
+        "cnt", "primitives", "conventional", "seconds", "chain", "seconds", "exact", "seconds", "states"
     );
     let limits = Limits::default();
-    for cnt in [4, 8, 12] {
+    for cnt in [4, 8, 12, 60, 1000] {
         let graph = sympodial::sympodial(cnt);
-        let start = Instant::now();
-        let conventional = conventional(&graph, &limits)?.root.volume();
-        let conventional_seconds = start.elapsed().as_secs_f64();
-        let start = Instant::now();
-        let chain = chain(&graph, &limits)?.root.volume();
-        let chain_seconds = start.elapsed().as_secs_f64();
-        println!(
-            "{cnt:>5} {:>10} {conventional:>14.3} {conventional_seconds:>9.3} {chain:>10.3} {chain_seconds:>9.3} {:>9.1}",
-            (1_u64 << (cnt + 4)) + 1,
-            conventional / chain
-        );
+        print!("{cnt:>5} {:>10}", format!("2^{}", cnt + 4));
+        if cnt <= 12 {
+            let (boxes, seconds) = timed(|| conventional(&graph, &limits))?;
+            print!(" {:>14.3} {seconds:>9.3}", boxes.root.volume());
+            let (boxes, seconds) = timed(|| chain(&graph, &limits))?;
+            print!(" {:>10.3} {seconds:>9.3}", boxes.root.volume());
+        } else {
+            print!(" {:>14} {:>9} {:>10} {:>9}", "-", "-", "-", "-");
+        }
+        let (boxes, seconds) = timed(|| exact(&graph, &limits))?;
+        println!(" {:>10.3} {seconds:>9.5} {:>7}", boxes.root.volume(), boxes.counts.states);
     }
     Ok(())
+}
+
+/// What a function gives, and the seconds that it takes.
+fn timed<T, E>(compute: impl FnOnce() -> Result<T, E>) -> Result<(T, f64), E> {
+    let start = Instant::now();
+    let found = compute()?;
+    Ok((found, start.elapsed().as_secs_f64()))
 }

@@ -140,10 +140,14 @@ pub(super) fn support<S: Shape>(
     }
     let uncertain = |gap| spread(aabb.size(), gap, known.direction);
     let tolerance = search.gap * known.direction.abs().dot(aabb.size());
+    // Twice, as in a query.
+    if uncertain(if search.rough { 0.0 } else { gap }) <= 2.0 * tolerance {
+        return Support { upper: outer, gap: uncertain(gap) };
+    }
     let part = solids.part(image);
     let error = solids.error(&part) * direction.length() * (1.0 + 4.0 * f64::EPSILON);
-    // Where numbers overflow a query has nothing to compare. Twice the tolerance, as in a query.
-    if uncertain(if search.rough { 0.0 } else { gap }) <= 2.0 * tolerance || !error.is_finite() {
+    // Where numbers overflow, a query has nothing to compare.
+    if !error.is_finite() {
         return Support { upper: outer, gap: uncertain(gap) };
     }
     let Found { lower, upper } = search.support(solids, &part, direction, outer, tolerance);

@@ -24,7 +24,9 @@ pub(super) struct States<S: Scene> {
     pub(super) shapes: Vec<S::Shape>,
     /// The numbers of the parts of all unions.
     pub(super) parts: Vec<u32>,
-    numbers: FxHashMap<S::State, u32>,
+    /// When each state was entered, and by that the number it got when it was left.
+    entered: FxHashMap<S::State, u32>,
+    numbers: Vec<u32>,
 }
 
 /// What a state is, by the numbers of what is below it.
@@ -47,6 +49,7 @@ const ON_PATH: u32 = u32::MAX;
 /// A state on the path of the search.
 struct Frame<S: Scene> {
     state: S::State,
+    entered: usize,
     kind: Kind<S>,
     /// How many states were waiting before those below this one.
     waiting: usize,
@@ -72,7 +75,8 @@ impl<S: Scene> States<S> {
             maps: Vec::new(),
             shapes: Vec::new(),
             parts: Vec::new(),
-            numbers: FxHashMap::default(),
+            entered: FxHashMap::default(),
+            numbers: Vec::new(),
         };
         let mut path: Vec<Frame<S>> = Vec::new();
         // Of all states on the path: those below that are yet to be entered, the next one last, and the numbers of
@@ -83,25 +87,28 @@ impl<S: Scene> States<S> {
             if waiting.len() > path.last().map_or(0, |frame| frame.waiting)
                 && let Some(state) = waiting.pop()
             {
-                let count = found.numbers.len();
-                match found.numbers.entry(state) {
-                    Entry::Occupied(entry) if *entry.get() == ON_PATH => {
-                        let again = entry.key();
-                        let cycle = path.iter().skip_while(|frame| frame.state != *again);
-                        let labels = cycle.map(|frame| scene.label(&frame.state)).collect();
-                        return Err(BoundsError::Endless { cycle: labels });
-                    }
-                    Entry::Occupied(entry) => known.push(*entry.get()),
-                    Entry::Vacant(_) if count >= limits.states => {
+                match found.entered.entry(state) {
+                    Entry::Occupied(entry) => match found.numbers[*entry.get() as usize] {
+                        ON_PATH => {
+                            let again = entry.key();
+                            let cycle = path.iter().skip_while(|frame| frame.state != *again);
+                            let labels = cycle.map(|frame| scene.label(&frame.state)).collect();
+                            return Err(BoundsError::Endless { cycle: labels });
+                        }
+                        number => known.push(number),
+                    },
+                    Entry::Vacant(_) if found.numbers.len() >= limits.states => {
                         return Err(BoundsError::TooManyStates { limit: limits.states });
                     }
                     Entry::Vacant(entry) => {
                         let state = entry.key().clone();
-                        entry.insert(ON_PATH);
+                        let entered = found.numbers.len();
+                        entry.insert(index(entered));
+                        found.numbers.push(ON_PATH);
                         let (waited, known) = (waiting.len(), known.len());
                         let step = scene.step(&state).map_err(BoundsError::Scene)?;
                         let kind = open(step, &mut waiting);
-                        path.push(Frame { state, kind, waiting: waited, known });
+                        path.push(Frame { state, entered, kind, waiting: waited, known });
                     }
                 }
             } else if let Some(frame) = path.pop() {
@@ -136,7 +143,7 @@ impl<S: Scene> States<S> {
         };
         known.truncate(frame.known);
         let number = index(self.states.len());
-        self.numbers.insert(frame.state.clone(), number);
+        self.numbers[frame.entered] = number;
         self.states.push(frame.state);
         self.terms.push(term);
         number
@@ -144,7 +151,7 @@ impl<S: Scene> States<S> {
 
     /// The number of a state.
     pub(super) fn number(&self, state: &S::State) -> Option<usize> {
-        self.numbers.get(state).map(|number| *number as usize)
+        self.entered.get(state).map(|entered| self.numbers[*entered as usize] as usize)
     }
 }
 

@@ -1,0 +1,182 @@
+//! What boxes cost: the three algorithms side by side, and the exact one on scenes of a million states.
+//!
+//! ```text
+//! cargo bench -p csg-graph-bounds
+//! ```
+//!
+//! The throughput of the exact algorithm is in states, that of the other two in primitives of the unfolded tree: the law
+//! of each is that it stays as it is while the tree grows.
+
+#[path = "../examples/growth/sympodial.rs"]
+mod sympodial;
+
+use std::convert::Infallible;
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use csg_graph_bounds::{Aabb, Limits, Scene, Step, chain, conventional, exact, root_box};
+use glam::{DAffine3, DVec3};
+use sympodial::sympodial;
+
+/// The tree of Fig. 1.1a by the order of its branches.
+fn algorithms(c: &mut Criterion) {
+    let limits = Limits::default();
+    let mut group = c.benchmark_group("sympodial");
+    for cnt in [4, 8, 12] {
+        let graph = sympodial(cnt);
+        group.throughput(Throughput::Elements((1 << (cnt + 4)) + 1));
+        group.sample_size(if cnt < 12 { 20 } else { 10 });
+        group.bench_function(BenchmarkId::new("conventional", cnt), |b| {
+            b.iter(|| conventional(black_box(&graph), &limits));
+        });
+        group.bench_function(BenchmarkId::new("chain", cnt), |b| {
+            b.iter(|| chain(black_box(&graph), &limits));
+        });
+    }
+    for cnt in [4, 8, 12, 16, 60, 300, 1000] {
+        let graph = sympodial(cnt);
+        let Ok(found) = exact(&graph, &limits) else { unreachable!("it has few states") };
+        group.throughput(Throughput::Elements(found.counts.states as u64));
+        group.sample_size(20);
+        group.bench_function(BenchmarkId::new("exact", cnt), |b| {
+            b.iter(|| exact(black_box(&graph), &limits).map(|found| found.root));
+        });
+        group.bench_function(BenchmarkId::new("root", cnt), |b| {
+            b.iter(|| root_box(black_box(&graph), &limits));
+        });
+    }
+    group.finish();
+}
+
+/// A recursion on numbers: every level holds two copies of the next, with three states a level.
+struct Dag {
+    levels: u32,
+    /// By how much the copies are turned, in radians.
+    turns: [f64; 2],
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Place {
+    Level(u32),
+    Copy(u32, bool),
+}
+
+impl Scene for Dag {
+    type State = Place;
+    type Map = DAffine3;
+    type Shape = Aabb;
+    type Error = Infallible;
+
+    fn root(&self) -> Place {
+        Place::Level(self.levels)
+    }
+
+    fn step(&self, place: &Place) -> Result<Step<Self>, Infallible> {
+        Ok(match *place {
+            Place::Level(0) => Step::Shape(Aabb::new(DVec3::NEG_ONE, DVec3::ONE)),
+            Place::Level(n) => Step::Union(vec![Place::Copy(n, false), Place::Copy(n, true)]),
+            Place::Copy(n, right) => {
+                let side = if right { 0.7 } else { -0.6 };
+                let parent_from_level = DAffine3::from_translation(DVec3::new(side, 0.2, 0.1))
+                    * DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), self.turns[usize::from(right)])
+                    * DAffine3::from_scale(DVec3::splat(0.6));
+                Step::Map(parent_from_level, Place::Level(n - 1))
+            }
+        })
+    }
+
+    fn node(&self, place: &Place) -> usize {
+        usize::from(matches!(place, Place::Copy(..)))
+    }
+
+    fn node_count(&self) -> usize {
+        2
+    }
+}
+
+/// A scene tree without sharing: every node but the leaves holds four others, turned and moved.
+struct Tree {
+    transforms: u32,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Part {
+    Transform(u32),
+    Children(u32),
+    Leaf(u32),
+}
+
+impl Scene for Tree {
+    type State = Part;
+    type Map = DAffine3;
+    type Shape = Aabb;
+    type Error = Infallible;
+
+    fn root(&self) -> Part {
+        Part::Transform(0)
+    }
+
+    fn step(&self, part: &Part) -> Result<Step<Self>, Infallible> {
+        // The children of i are 4 i + 1 to 4 i + 4, as in a heap.
+        Ok(match *part {
+            Part::Transform(i) => {
+                let i_f64 = f64::from(i);
+                let parent_from_children = DAffine3::from_translation(DVec3::new(
+                    f64::from(i % 7) - 3.0,
+                    f64::from(i % 5) - 2.0,
+                    f64::from(i % 3),
+                )) * DAffine3::from_rotation_z(0.1 * i_f64)
+                    * DAffine3::from_rotation_x(0.07 * i_f64)
+                    * DAffine3::from_scale(DVec3::splat(0.7));
+                let leaf = 4 * u64::from(i) + 1 >= self.transforms.into();
+                Step::Map(parent_from_children, if leaf { Part::Leaf(i) } else { Part::Children(i) })
+            }
+            Part::Children(i) => {
+                let children = (4 * i + 1..=4 * i + 4).filter(|child| *child < self.transforms);
+                Step::Union(children.map(Part::Transform).collect())
+            }
+            Part::Leaf(_) => Step::Shape(Aabb::new(DVec3::NEG_ONE, DVec3::ONE)),
+        })
+    }
+
+    fn node(&self, part: &Part) -> usize {
+        match part {
+            Part::Transform(_) => 0,
+            Part::Children(_) => 1,
+            Part::Leaf(_) => 2,
+        }
+    }
+
+    fn node_count(&self) -> usize {
+        3
+    }
+}
+
+/// Scenes of other people: time by the number of states.
+fn states(c: &mut Criterion) {
+    let limits = Limits::default();
+    let mut group = c.benchmark_group("states");
+    group.sample_size(10).warm_up_time(Duration::from_millis(1));
+    for levels in [3_333, 33_333, 333_333] {
+        group.throughput(Throughput::Elements(3 * u64::from(levels) + 1));
+        for (name, turns) in [("dag", [0.0; 2]), ("turned dag", [-0.5, 0.8])] {
+            let dag = Dag { levels, turns };
+            group.bench_function(BenchmarkId::new(name, 3 * levels + 1), |b| {
+                b.iter(|| exact(black_box(&dag), &limits).map(|found| found.root));
+            });
+        }
+    }
+    for transforms in [10_000, 100_000, 1_000_000] {
+        let tree = Tree { transforms };
+        // A transformation and what is below it.
+        group.throughput(Throughput::Elements(2 * u64::from(transforms)));
+        group.bench_function(BenchmarkId::new("tree of transforms", transforms), |b| {
+            b.iter(|| exact(black_box(&tree), &limits).map(|found| found.root));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, algorithms, states);
+criterion_main!(benches);
