@@ -126,7 +126,11 @@
 //! - `csg-graph`, on by default: [`Scene`] for the cyclic graphs of the crate
 //!   [`csg-graph`](https://docs.rs/csg-graph).
 //!
-//! The example `growth` prints the paper's Fig. 2.1 and the same for its Fig. 1.1a.
+//! # Examples
+//!
+//! Three scenes of other people: `meshes`, a plain tree of transformed meshes; `assembly`, an instancing dag of shared
+//! sub-assemblies; `procedure`, a recursive procedure with parameters. And `growth`, which prints the paper's Fig. 2.1 and
+//! the same for its Fig. 1.1a.
 //!
 //! \[TRAX95\] C. Traxler, M. Gervautz, *Calculation of Tight Bounding Volumes for Cyclic CSG-Graphs*, Institute of
 //! Computer Graphics, Technical University of Vienna, 1995.

@@ -140,3 +140,29 @@ impl Shape for Aabb {
         Self::support(self, direction)
     }
 }
+
+/// The convex hull of finite points, such as the vertices of a mesh.
+impl Shape for PointSet<'_> {
+    fn bounds(&self) -> Aabb {
+        match self {
+            Self::Points(points) => Aabb::from_points(points.iter().copied()),
+            Self::Unbounded => Aabb::ALL,
+        }
+    }
+
+    fn point_set(&self) -> PointSet<'_> {
+        match self {
+            Self::Points(points) => PointSet::from(&**points),
+            Self::Unbounded => Self::Unbounded,
+        }
+    }
+
+    fn support(&self, direction: DVec3) -> f64 {
+        match self {
+            Self::Points(points) => {
+                points.iter().map(|point| point.dot(direction)).fold(f64::NEG_INFINITY, f64::max)
+            }
+            Self::Unbounded => f64::INFINITY,
+        }
+    }
+}
