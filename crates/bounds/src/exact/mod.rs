@@ -37,6 +37,7 @@ use glam::DVec3;
 use crate::{Aabb, BoundsError, HyperBoxes, Limits, Scene};
 use bottom_up::{BottomUp, Known};
 use query::Search;
+pub(crate) use states::{States, Term};
 
 /// Tight boxes for all states of a scene, found without unfolding it.
 ///
@@ -164,6 +165,21 @@ impl<S: Scene> ExactBoxes<S> {
         let known = Known { below: self.found.boxes[number], direction, offset: 0.0 };
         let image = self.found.images[number];
         Some(bottom_up::support(&self.found.solids, &mut search, image, direction, &known))
+    }
+
+    /// What all states are, by their numbers.
+    pub(crate) fn graph(&self) -> &States<S> {
+        &self.found.states
+    }
+
+    /// The shapes that the terms of the states refer to.
+    pub(crate) fn shapes(&self) -> &[S::Shape] {
+        &self.found.solids.shapes
+    }
+
+    /// The box of each state, by its number.
+    pub(crate) fn boxes(&self) -> &[StateBox] {
+        &self.found.boxes
     }
 
     /// The boxes of the root and of all nodes, without those of the states.

@@ -1,8 +1,9 @@
-//! The states of a scene, each once, children before their parents: a dag where the unfolded tree repeats itself.
+//! The states of a scene, each once, children before their parents: a graph where the unfolded tree repeats itself.
 //!
 //! A depth-first search with an explicit path. Two places of the unfolded tree with equal states are the same solid, so
 //! that the search enters each state once, and takes time and memory in proportion to their number. A state met again
-//! while it is still on the path is a recursion that never ends, since equal states unfold alike.
+//! while it is still on the path is a recursion that never ends, since equal states unfold alike; there, and only there,
+//! a state has a lower number than one below it.
 
 use std::collections::hash_map::Entry;
 use std::ops::Range;
@@ -14,16 +15,16 @@ use super::index;
 use crate::{BoundsError, Limits, Map, Scene, Step};
 
 /// The states below a root, numbered so that each has a higher number than those below it.
-pub(super) struct States<S: Scene> {
+pub(crate) struct States<S: Scene> {
     /// Each state by its number; the root is the last.
-    pub(super) states: Vec<S::State>,
+    pub(crate) states: Vec<S::State>,
     /// What each is.
-    pub(super) terms: Vec<Term>,
+    pub(crate) terms: Vec<Term>,
     /// The maps of T-nodes.
-    pub(super) maps: Vec<DAffine3>,
+    pub(crate) maps: Vec<DAffine3>,
     pub(super) shapes: Vec<S::Shape>,
     /// The numbers of the parts of all unions.
-    pub(super) parts: Vec<u32>,
+    pub(crate) parts: Vec<u32>,
     /// When each state was entered, and by that the number it got when it was left.
     entered: FxHashMap<S::State, u32>,
     numbers: Vec<u32>,
@@ -31,7 +32,7 @@ pub(super) struct States<S: Scene> {
 
 /// What a state is, by the numbers of what is below it.
 #[derive(Clone)]
-pub(super) enum Term {
+pub(crate) enum Term {
     /// An index into the shapes.
     Shape(u32),
     Same(u32),
@@ -45,6 +46,9 @@ pub(super) enum Term {
 
 /// The number of a state on the path, which has none yet.
 const ON_PATH: u32 = u32::MAX;
+
+/// Stands for the number of a state on the path, with when that was entered, until it is known.
+const BACK: u32 = 1 << 31;
 
 /// A state on the path of the search.
 struct Frame<S: Scene> {
@@ -75,6 +79,7 @@ impl<S: Scene> States<S> {
             maps: Vec::new(),
             shapes: Vec::new(),
             parts: Vec::new(),
+            cyclic: false,
             entered: FxHashMap::default(),
             numbers: Vec::new(),
         };
@@ -90,10 +95,8 @@ impl<S: Scene> States<S> {
                 match found.entered.entry(state) {
                     Entry::Occupied(entry) => match found.numbers[*entry.get() as usize] {
                         ON_PATH => {
-                            let again = entry.key();
-                            let cycle = path.iter().skip_while(|frame| frame.state != *again);
-                            let labels = cycle.map(|frame| scene.label(&frame.state)).collect();
-                            return Err(BoundsError::Endless { cycle: labels });
+                            found.cyclic = true;
+                            known.push(BACK | *entry.get());
                         }
                         number => known.push(number),
                     },
@@ -115,8 +118,42 @@ impl<S: Scene> States<S> {
                 let number = found.close(frame, &mut known);
                 known.push(number);
             } else {
+                if found.cyclic {
+                    found.close_cycles();
+                }
                 return Ok(found);
             }
+        }
+    }
+
+    /// Puts numbers where states were met again before they had one.
+    fn close_cycles(&mut self) {
+        let numbers = &self.numbers;
+        let close = |below: &mut u32| {
+            if *below & BACK != 0 {
+                *below = numbers[(*below & !BACK) as usize];
+            }
+        };
+        for term in &mut self.terms {
+            match term {
+                Term::Shape(_) | Term::Union(_) => {}
+                Term::Same(below) | Term::Map(_, below) => close(below),
+                Term::Intersection(operands) | Term::Difference(operands) => {
+                    operands.iter_mut().for_each(close)
+                }
+            }
+        }
+        self.parts.iter_mut().for_each(close);
+    }
+
+    /// The states that the box of a state is made from: all directly below it, but for what is subtracted.
+    pub(super) fn below(&self, number: u32) -> &[u32] {
+        match &self.terms[number as usize] {
+            Term::Shape(_) => &[],
+            Term::Same(below) | Term::Map(_, below) => std::slice::from_ref(below),
+            Term::Union(parts) => &self.parts[parts.start as usize..parts.end as usize],
+            Term::Intersection(operands) => operands,
+            Term::Difference(operands) => &operands[..1],
         }
     }
 
@@ -150,7 +187,7 @@ impl<S: Scene> States<S> {
     }
 
     /// The number of a state.
-    pub(super) fn number(&self, state: &S::State) -> Option<usize> {
+    pub(crate) fn number(&self, state: &S::State) -> Option<usize> {
         self.entered.get(state).map(|entered| self.numbers[*entered as usize] as usize)
     }
 }
