@@ -76,7 +76,7 @@ impl Limits {
 }
 
 /// Why there are no boxes.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BoundsError<E> {
     /// The scene could not expand a state.
@@ -106,12 +106,43 @@ pub enum BoundsError<E> {
         /// The limit that was set.
         limit: usize,
     },
-    /// A state is below itself.
-    #[error("the recursion never ends: {} leads back to itself", Cycle(.cycle))]
+    /// A state is below itself, and not known to be smaller there: there is no bounded solid, or none was found.
+    #[error("the recursion never ends: {} leads back to itself and {round}", Cycle(.cycle))]
     Endless {
         /// The [labels](crate::Scene::label) of the states from the one that is met again to the last one before.
         cycle: Vec<String>,
+        /// What happens once round this cycle.
+        round: Round,
     },
+}
+
+/// What a cycle of states does to its solid each time round, instead of making it smaller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Round {
+    /// It comes back as it was: without a transformation, or with some that cancel.
+    Unchanged,
+    /// It neither grows nor shrinks in the long run: it turns, moves or shears.
+    Turns,
+    /// In the long run it grows by this factor each time round.
+    Grows(f64),
+    /// In the long run the cycle alone shrinks by this factor each time round. But together with the other cycles about it,
+    /// no norms were found in which all of them do.
+    Unproven(f64),
+}
+
+impl fmt::Display for Round {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unchanged => write!(f, "comes back unchanged"),
+            Self::Turns => write!(f, "does not shrink on the way"),
+            Self::Grows(factor) => write!(f, "grows by a factor of {factor:.4} each time round"),
+            Self::Unproven(factor) => write!(
+                f,
+                "shrinks by a factor of {factor:.4} each time round, but cannot be shown to shrink on all ways"
+            ),
+        }
+    }
 }
 
 /// `a → b → c`, without the middle if it is long.

@@ -84,6 +84,16 @@ impl Rounding {
         Self { gain, linear_drift, offset_drift, ..rounded }
     }
 
+    /// How much it enlarges a distance at most.
+    pub(crate) fn gain(&self) -> f64 {
+        self.gain
+    }
+
+    /// How far its linear part and its offset are from those of what it stands for: δ and τ.
+    pub(crate) fn drift(&self) -> [f64; 2] {
+        [self.linear_drift, self.offset_drift]
+    }
+
     /// How far the image of a point is off that has no coordinate above `magnitude` and is itself off by at most
     /// `error`. Infinite if the evaluation may overflow.
     pub(crate) fn error_above(&self, magnitude: f64, error: f64) -> f64 {

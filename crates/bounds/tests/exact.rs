@@ -350,16 +350,25 @@ fn a_larger_gap_is_a_larger_box_by_no_more() {
 }
 
 #[test]
-fn endless_recursion_names_its_cycle() {
-    let mut b = GraphBuilder::new();
-    let symbol = b.symbol("X");
-    let cube = b.primitive(Cube, []);
-    let smaller = mapped(&mut b, UScale, [0.5], symbol);
-    let both = b.operator(Operator::Union, cube, smaller);
-    b.rules(symbol, None, [both]);
-    let error = exact(&b.finish(symbol).unwrap(), &Limits::default()).map(|_| ()).unwrap_err();
-    assert_eq!(error.to_string(), "the recursion never ends: X → ∪ → uscale leads back to itself");
-    assert!(matches!(error, BoundsError::Endless { cycle } if cycle == ["X", "∪", "uscale"]));
+fn recursion_that_never_ends_names_its_cycle() {
+    let cycle = |factor: f64| {
+        let mut b = GraphBuilder::new();
+        let symbol = b.symbol("X");
+        let cube = b.primitive(Cube, []);
+        let again = mapped(&mut b, UScale, [factor], symbol);
+        let both = b.operator(Operator::Union, cube, again);
+        b.rules(symbol, None, [both]);
+        b.finish(symbol).unwrap()
+    };
+    let error = exact(&cycle(1.2), &Limits::default()).map(|_| ()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "the recursion never ends: X → ∪ → uscale leads back to itself and grows by a factor of 1.2000 each time round"
+    );
+    assert!(matches!(error, BoundsError::Endless { cycle, .. } if cycle == ["X", "∪", "uscale"]));
+    let found = boxes(&cycle(0.5));
+    assert!(off(found.root, aabb([-1.0; 3], [1.0; 3])) < 1e-11, "{:?}", found.root);
+    assert_eq!(found.endless.map(|endless| endless.states), Some(3));
 }
 
 #[test]

@@ -7,10 +7,11 @@
 
 use glam::{DAffine3, DVec3};
 
+use super::components::Components;
 use super::query::{Found, Search, spread};
 use super::solids::{Image, Solids};
 use super::states::{States, Term};
-use super::{StateBox, Support};
+use super::{Endless, StateBox, Support};
 use crate::{Aabb, BoundsError, Limits, Scene, Shape};
 
 /// What a bottom-up pass leaves: for each state, by its number, its box and the solid that it is an image of.
@@ -20,6 +21,8 @@ pub(super) struct BottomUp<S: Scene> {
     pub(super) images: Vec<Image>,
     pub(super) solids: Solids<S::Shape>,
     pub(super) search: Search,
+    /// What is known of recursion that never ends, if there is any.
+    pub(super) endless: Option<Endless>,
 }
 
 impl<S: Scene> BottomUp<S> {
@@ -29,47 +32,63 @@ impl<S: Scene> BottomUp<S> {
         let mut states = States::explore(scene, limits)?;
         let intersects = states.terms.iter().any(|term| matches!(term, Term::Intersection(_)));
         let count = states.terms.len();
-        let mut solids = Solids::new(std::mem::take(&mut states.shapes));
+        let solids = Solids::new(std::mem::take(&mut states.shapes));
         let mut search = Search::new(limits);
         if enough < limits.expansions && !intersects {
             (search.limit, search.rough) = (enough, true);
         }
-        let mut boxes: Vec<StateBox> = Vec::with_capacity(count);
-        let mut images: Vec<Image> = Vec::with_capacity(count);
+        let components = states.cyclic.then(|| Components::new(&states));
+        let (boxes, images) = (vec![EMPTY; count], vec![Image::NONE; count]);
+        let mut found = Self { states, boxes, images, solids, search, endless: None };
         let mut operands: Vec<Image> = Vec::new();
-        for term in &states.terms {
-            let (found, image) = match *term {
-                Term::Shape(shape) => {
-                    let aabb = solids.shapes[shape as usize].bounds();
-                    (StateBox { aabb, gap: 0.0 }, solids.shape(shape, aabb))
+        match components {
+            None => (0..count).for_each(|state| found.bound(state, &mut operands)),
+            Some(components) => {
+                for component in components.iter() {
+                    match component {
+                        [state] if !found.states.below(*state).contains(state) => {
+                            found.bound(*state as usize, &mut operands);
+                        }
+                        _ => found.attractor(scene, limits, component)?,
+                    }
                 }
-                Term::Same(below) | Term::Difference([below, _]) => {
-                    (boxes[below as usize], images[below as usize])
-                }
-                Term::Map(map, below) => {
-                    let map = &states.maps[map as usize];
-                    let image = solids.map(*map, images[below as usize]);
-                    let found = mapped(&solids, &mut search, image, map, boxes[below as usize]);
-                    (found, image)
-                }
-                Term::Union(ref parts) => {
-                    let parts = &states.parts[parts.start as usize..parts.end as usize];
-                    operands.clear();
-                    operands.extend(parts.iter().map(|part| images[*part as usize]));
-                    let found = parts.iter().map(|part| boxes[*part as usize]).fold(EMPTY, join);
-                    (found, solids.union(&operands, found.aabb, found.gap))
-                }
-                Term::Intersection(operands) => {
-                    let [left, right] = operands.map(|operand| boxes[operand as usize]);
-                    let (aabb, gap) = (left.aabb.intersect(right.aabb), left.gap.max(right.gap));
-                    let operands = operands.map(|operand| images[operand as usize]);
-                    (StateBox { aabb, gap }, solids.intersection(operands, aabb, gap))
-                }
-            };
-            boxes.push(found);
-            images.push(image);
+            }
         }
-        Ok(Self { states, boxes, images, solids, search })
+        Ok(found)
+    }
+
+    /// Bounds a state, given those below it.
+    fn bound(&mut self, state: usize, operands: &mut Vec<Image>) {
+        let Self { states, boxes, images, solids, search, .. } = self;
+        let (found, image) = match states.terms[state] {
+            Term::Shape(shape) => {
+                let aabb = solids.shapes[shape as usize].bounds();
+                (StateBox { aabb, gap: 0.0 }, solids.shape(shape, aabb))
+            }
+            Term::Same(below) | Term::Difference([below, _]) => {
+                (boxes[below as usize], images[below as usize])
+            }
+            Term::Map(map, below) => {
+                let map = &states.maps[map as usize];
+                let image = solids.map(*map, images[below as usize]);
+                let found = mapped(solids, search, image, map, boxes[below as usize]);
+                (found, image)
+            }
+            Term::Union(ref parts) => {
+                let parts = &states.parts[parts.start as usize..parts.end as usize];
+                operands.clear();
+                operands.extend(parts.iter().map(|part| images[*part as usize]));
+                let found = parts.iter().map(|part| boxes[*part as usize]).fold(EMPTY, join);
+                (found, solids.union(operands, found.aabb, found.gap))
+            }
+            Term::Intersection(operands) => {
+                let [left, right] = operands.map(|operand| boxes[operand as usize]);
+                let (aabb, gap) = (left.aabb.intersect(right.aabb), left.gap.max(right.gap));
+                let operands = operands.map(|operand| images[operand as usize]);
+                (StateBox { aabb, gap }, solids.intersection(operands, aabb, gap))
+            }
+        };
+        (boxes[state], images[state]) = (found, image);
     }
 
     /// The box of the root.
@@ -88,14 +107,14 @@ impl<S: Scene> BottomUp<S> {
     }
 }
 
-const EMPTY: StateBox = StateBox { aabb: Aabb::EMPTY, gap: 0.0 };
+pub(super) const EMPTY: StateBox = StateBox { aabb: Aabb::EMPTY, gap: 0.0 };
 
 fn join(a: StateBox, b: StateBox) -> StateBox {
     StateBox { aabb: a.aabb.join(b.aabb), gap: a.gap.max(b.gap) }
 }
 
 /// The box of `image`, which is what `map` makes of a state with the box `below`.
-fn mapped<S: Shape>(
+pub(super) fn mapped<S: Shape>(
     solids: &Solids<S>,
     search: &mut Search,
     image: Image,

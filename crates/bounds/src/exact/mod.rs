@@ -27,7 +27,11 @@
 //! those of what encloses the solid: of the left operand of a difference, and of the box or one operand of an
 //! intersection, whichever is less.
 
+mod attractor;
 mod bottom_up;
+mod components;
+mod contraction;
+mod norm;
 mod query;
 mod solids;
 mod states;
@@ -69,7 +73,8 @@ pub fn exact<S: Scene>(scene: &S, limits: &Limits) -> Result<ExactBoxes<S>, Boun
         expansions: found.search.expansions,
     };
     let gap = found.boxes.iter().fold(0.0, |gap: f64, state| gap.max(state.gap));
-    Ok(ExactBoxes { root: found.root().aabb, nodes, gap, counts, limits: *limits, found })
+    let (root, endless) = (found.root().aabb, found.endless);
+    Ok(ExactBoxes { root, nodes, gap, endless, counts, limits: *limits, found })
 }
 
 /// The box of the root alone, as [`exact`] gives it but in less time: where `exact` asks for the box of each state until
@@ -100,6 +105,8 @@ pub struct ExactBoxes<S: Scene> {
     pub nodes: Vec<Aabb>,
     /// The largest gap of all states.
     pub gap: f64,
+    /// How recursion that never ends shrinks; `None` if all of it ends.
+    pub endless: Option<Endless>,
     /// What it took.
     pub counts: Counts,
     limits: Limits,
@@ -128,6 +135,17 @@ pub struct Support {
     pub upper: f64,
     /// By how much it may be too large, rounding apart; as for [`StateBox::gap`].
     pub gap: f64,
+}
+
+/// What is known of recursion that never ends, but has a bounded solid because it shrinks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Endless {
+    /// How many states lead back to themselves.
+    pub states: usize,
+    /// Once round any cycle of states, distances shrink to at most this share of what they were, measured in suitable
+    /// norms. Below 1, and certified, rounding included.
+    pub contraction: f64,
 }
 
 /// What boxes took.

@@ -62,7 +62,7 @@ pub(super) struct Part {
 #[derive(Clone, Copy)]
 pub(super) struct Chain {
     pub(super) parent_from_child: DAffine3,
-    rounding: Rounding,
+    pub(super) rounding: Rounding,
 }
 
 /// A state as an image of a solid.
@@ -71,6 +71,19 @@ pub(super) struct Image {
     /// An index into the chains.
     chain: u32,
     solid: u32,
+}
+
+impl Image {
+    /// Of what is not known yet.
+    pub(super) const NONE: Self = Self { chain: NO_CHAIN, solid: u32::MAX };
+
+    pub(super) fn is_none(self) -> bool {
+        self.solid == u32::MAX
+    }
+
+    pub(super) fn solid(self) -> u32 {
+        self.solid
+    }
 }
 
 /// The chain of no maps.
@@ -166,6 +179,56 @@ impl<S: Shape> Solids<S> {
             }
         }
         self.push(Kind::Intersection(index(start)..index(self.parts.len())), bounds, gap, error)
+    }
+
+    /// A solid of which nothing is known yet, because it is a part of itself.
+    pub(super) fn declare(&mut self) -> Image {
+        self.push(Kind::Union(0..0), Aabb::ALL, f64::INFINITY, f64::INFINITY)
+    }
+
+    /// The parts of a declared solid.
+    pub(super) fn define(&mut self, solid: u32, intersection: bool, images: impl Iterator<Item = Image>) {
+        let start = self.parts.len();
+        for image in images {
+            self.parts.push(self.part(image));
+        }
+        let parts = index(start)..index(self.parts.len());
+        self.solids[solid as usize].kind =
+            if intersection { Kind::Intersection(parts) } else { Kind::Union(parts) };
+    }
+
+    /// A better box of a declared solid, with its gap.
+    pub(super) fn confine(&mut self, solid: u32, bounds: Aabb, gap: f64) {
+        let solid = &mut self.solids[solid as usize];
+        (solid.bounds, solid.center, solid.half, solid.gap) =
+            (bounds, bounds.center(), 0.5 * bounds.size(), gap);
+    }
+
+    /// Drops the parts of a union that are empty. Returns how many are left.
+    pub(super) fn keep_parts_with_points(&mut self, solid: u32) -> usize {
+        let Kind::Union(parts) = self.solids[solid as usize].kind.clone() else {
+            unreachable!("it is asked for unions")
+        };
+        let mut end = parts.start;
+        for at in parts.clone() {
+            let part = self.parts[at as usize];
+            if !self.solid(part.solid).bounds.is_empty() {
+                self.parts[end as usize] = part;
+                end += 1;
+            }
+        }
+        self.solids[solid as usize].kind = Kind::Union(parts.start..end);
+        (end - parts.start) as usize
+    }
+
+    /// The error of a declared solid.
+    pub(super) fn set_error(&mut self, solid: u32, error: f64) {
+        self.solids[solid as usize].error = error;
+    }
+
+    /// A solid as a part of what is in its own frame.
+    pub(super) fn itself(&self, solid: u32) -> Part {
+        Part { chain: self.chains[NO_CHAIN as usize], solid }
     }
 
     fn push(&mut self, kind: Kind, bounds: Aabb, gap: f64, error: f64) -> Image {

@@ -14,7 +14,7 @@ use rustc_hash::FxHashMap;
 use super::index;
 use crate::{BoundsError, Limits, Map, Scene, Step};
 
-/// The states below a root, numbered so that each has a higher number than those below it.
+/// The states below a root, numbered so that each has a higher number than those below it, unless they lead back to it.
 pub(crate) struct States<S: Scene> {
     /// Each state by its number; the root is the last.
     pub(crate) states: Vec<S::State>,
@@ -25,6 +25,8 @@ pub(crate) struct States<S: Scene> {
     pub(super) shapes: Vec<S::Shape>,
     /// The numbers of the parts of all unions.
     pub(crate) parts: Vec<u32>,
+    /// Whether any state leads back to itself.
+    pub(crate) cyclic: bool,
     /// When each state was entered, and by that the number it got when it was left.
     entered: FxHashMap<S::State, u32>,
     numbers: Vec<u32>,

@@ -1,0 +1,73 @@
+//! Which states lead back to themselves: the strongly connected components of the state graph, each after those that
+//! its boxes are made from.
+//!
+//! Tarjan's algorithm [TARJ72], with an explicit path. What is subtracted does not count: the box of a difference is that
+//! of its left operand, so that a solid may lose smaller copies of itself without being a part of itself.
+
+use super::index;
+use super::states::States;
+use crate::Scene;
+
+/// The components, as lists of states.
+pub(super) struct Components {
+    states: Vec<u32>,
+    ends: Vec<u32>,
+}
+
+impl Components {
+    pub(super) fn new<S: Scene>(states: &States<S>) -> Self {
+        let count = states.terms.len();
+        const NEW: u32 = u32::MAX;
+        const DONE: u32 = u32::MAX - 1;
+        // When each state was entered, and the first entered of those that it is known to lead to.
+        let (mut entered, mut lowest) = (vec![NEW; count], vec![NEW; count]);
+        let mut found = Self { states: Vec::with_capacity(count), ends: Vec::new() };
+        let mut clock = 0;
+        // Those entered whose component is not complete, and the path with how many below each were looked at.
+        let mut open: Vec<u32> = Vec::new();
+        let mut path: Vec<(u32, usize)> = Vec::new();
+        for start in 0..index(count) {
+            let mut enter = (entered[start as usize] == NEW).then_some(start);
+            loop {
+                if let Some(state) = enter.take() {
+                    (entered[state as usize], lowest[state as usize]) = (clock, clock);
+                    clock += 1;
+                    open.push(state);
+                    path.push((state, 0));
+                }
+                let Some((state, looked_at)) = path.last_mut() else { break };
+                let state = *state;
+                if let Some(below) = states.below(state).get(*looked_at) {
+                    *looked_at += 1;
+                    match entered[*below as usize] {
+                        NEW => enter = Some(*below),
+                        DONE => {}
+                        time => lowest[state as usize] = lowest[state as usize].min(time),
+                    }
+                    continue;
+                }
+                path.pop();
+                let low = lowest[state as usize];
+                if low == entered[state as usize] {
+                    let first = open.iter().rposition(|member| *member == state).expect("it is open");
+                    found.states.extend(open.drain(first..));
+                    let start = found.ends.last().map_or(0, |end| *end as usize);
+                    let component = &mut found.states[start..];
+                    component.sort_unstable();
+                    component.iter().for_each(|member| entered[*member as usize] = DONE);
+                    found.ends.push(index(found.states.len()));
+                }
+                if let Some((above, _)) = path.last() {
+                    lowest[*above as usize] = lowest[*above as usize].min(low);
+                }
+            }
+        }
+        found
+    }
+
+    /// Each component, its states in the order of their numbers.
+    pub(super) fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        let starts = std::iter::once(0).chain(self.ends.iter().copied());
+        starts.zip(&self.ends).map(|(start, end)| &self.states[start as usize..*end as usize])
+    }
+}
