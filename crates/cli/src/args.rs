@@ -1,10 +1,14 @@
 //! The command line: what can be asked, and the help that teaches it.
 
+mod bounds;
+
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use csg_graph_trace::{MAX_PIXELS, MAX_SAMPLES, View};
+
+pub use bounds::{BoundsArgs, MethodArg, Sweep, VolumeArg};
 
 /// Recursive solids, from a grammar file to a picture
 ///
@@ -25,6 +29,7 @@ Examples:
   pcsg render tree.pcsg --set cnt=5 -o 5.png   the same with another parameter
   pcsg check tree.pcsg                         mistakes, or how large the thing is
   pcsg bounds tree.pcsg                        the bounding boxes of all nodes
+  pcsg bounds tree.pcsg --compare              all methods and volumes side by side
   pcsg graph tree.pcsg | dot -Tsvg > tree.svg  the graph as a drawing
 
 A mistake in a file ends with exit code 1, a mistake in the command line with 2.";
@@ -41,7 +46,8 @@ pub enum Command {
     /// Compute the bounding boxes of all nodes
     ///
     /// Each node of the graph gets its hyper bounding box: the union over all its instances, in the node's own frame. A
-    /// transformation's box is in the frame that it maps into.
+    /// transformation's box is in the frame that it maps into. --volume asks for other volumes than boxes, --compare for
+    /// all of them side by side, and --plot draws how boxes grow with the recursion.
     Bounds(BoundsArgs),
     /// Find mistakes, or tell how large the solid is
     ///
@@ -122,8 +128,23 @@ pub struct RenderArgs {
 #[derive(Debug, Args)]
 pub struct StepsArg {
     /// The most steps to take: boxes to compute (chain), nodes to visit (conventional, or by every ray without boxes)
-    #[arg(long, value_name = "N", default_value_t = csg_graph_bounds::Limits::default().steps)]
-    pub max_steps: u64,
+    ///
+    /// Without it 200 million, which may take a minute; 5 million for each of the many runs of --compare and --plot.
+    #[arg(long, value_name = "N")]
+    pub max_steps: Option<u64>,
+}
+
+impl StepsArg {
+    /// The limit of a command that runs an algorithm once.
+    pub(crate) fn once(&self) -> u64 {
+        self.max_steps.unwrap_or(csg_graph_bounds::Limits::default().steps)
+    }
+
+    /// The limit of each run of a command that runs many.
+    pub(crate) fn each(&self) -> u64 {
+        const QUICK: u64 = 5_000_000;
+        self.max_steps.unwrap_or(QUICK)
+    }
 }
 
 /// Width and height in pixels.
@@ -207,56 +228,6 @@ impl BoxesArg {
             Self::Conventional => Some(MethodArg::Conventional),
             Self::Chain => Some(MethodArg::Chain),
             Self::Exact => Some(MethodArg::Exact),
-        }
-    }
-}
-
-/// Arguments of `bounds`.
-#[derive(Debug, Args)]
-pub struct BoundsArgs {
-    /// What to bound.
-    #[command(flatten)]
-    pub scene: SceneArgs,
-    /// The algorithm
-    #[arg(long, value_enum, default_value_t)]
-    pub method: MethodArg,
-    /// How much larger than the least box, relative to its extent, an exact box may be; without it 1e-12
-    #[arg(long, value_name = "T", value_parser = tolerance)]
-    pub tolerance: Option<f64>,
-    /// How to limit the computation.
-    #[command(flatten)]
-    pub limit: StepsArg,
-    /// How to print them
-    #[arg(long, value_enum, default_value_t)]
-    pub format: Format,
-}
-
-fn tolerance(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(tolerance) if (0.0..=1.0).contains(&tolerance) => Ok(tolerance),
-        _ => Err("a tolerance is a number from 0 to 1, for example 1e-6".to_owned()),
-    }
-}
-
-/// An algorithm for boxes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum MethodArg {
-    /// Boxes of transformed boxes (the paper's section 2)
-    Conventional,
-    /// Boxes of point sets that went through the whole transform chain (section 3)
-    #[default]
-    Chain,
-    /// The least box of every state, found without unfolding; those of a node's states joined
-    Exact,
-}
-
-impl MethodArg {
-    /// The name on the command line.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Conventional => "conventional",
-            Self::Chain => "chain",
-            Self::Exact => "exact",
         }
     }
 }

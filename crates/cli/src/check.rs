@@ -6,6 +6,7 @@ use csg_graph::{Analysis, StatesError, SymbolState};
 use serde::Serialize;
 
 use crate::args::{CheckArgs, Format};
+use crate::text::{grouped, json};
 use crate::{Failure, load, print};
 
 /// What `check --format json` prints. Counts that outgrow the numbers of most JSON readers are decimal strings.
@@ -76,41 +77,24 @@ impl Visit {
     }
 }
 
-fn json(report: &impl Serialize) -> String {
-    let text = serde_json::to_string_pretty(report).expect("a report has only strings and numbers");
-    text + "\n"
-}
-
 fn table(scene: &str, analysis: &Analysis) -> String {
     let states = format!(
         "{}  ({} distinct; {} of all nodes)",
-        grouped(&analysis.states.to_string()),
-        grouped(&analysis.distinct_states.to_string()),
-        grouped(&analysis.node_states.to_string()),
+        grouped(analysis.states),
+        grouped(analysis.distinct_states),
+        grouped(analysis.node_states),
     );
     let rows = [
-        ("graph nodes", grouped(&analysis.nodes.to_string())),
+        ("graph nodes", grouped(analysis.nodes)),
         ("states", states),
-        ("instances", grouped(&analysis.instances.to_string())),
-        ("primitives", grouped(&analysis.primitives.to_string())),
-        ("depth", grouped(&analysis.depth.to_string())),
+        ("instances", grouped(&analysis.instances)),
+        ("primitives", grouped(&analysis.primitives)),
+        ("depth", grouped(analysis.depth)),
         ("terminates", "yes".to_owned()),
     ];
     let mut text = format!("{scene}: no mistakes\n");
     for (name, value) in rows {
         let _ = writeln!(text, "  {name:<12} {value}");
-    }
-    text
-}
-
-/// A number with a comma before every three digits.
-fn grouped(digits: &str) -> String {
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
     }
     text
 }

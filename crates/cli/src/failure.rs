@@ -2,6 +2,7 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
@@ -33,6 +34,9 @@ pub enum Failure {
         /// What the system says.
         source: io::Error,
     },
+    /// The arguments do not fit together.
+    #[error("{0}")]
+    Usage(String),
     /// `fmt --check` found another layout.
     #[error("{}: not in the standard layout; `pcsg fmt --write` changes it", scene.display())]
     Layout {
@@ -52,6 +56,11 @@ impl Failure {
 
     pub(crate) fn refused(scene: &Path, reason: impl ToString) -> Self {
         Self::Refused { scene: scene.to_owned(), reason: reason.to_string() }
+    }
+
+    /// 2 for wrong usage, as of arguments that cannot be parsed; otherwise 1.
+    pub(crate) fn exit_code(&self) -> ExitCode {
+        if let Self::Usage(_) = self { ExitCode::from(2) } else { ExitCode::FAILURE }
     }
 
     /// Whether it is only that nobody reads the output any more, as after `pcsg … | head`.

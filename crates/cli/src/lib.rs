@@ -13,6 +13,7 @@ mod load;
 mod output;
 mod progress;
 pub mod render;
+mod text;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -21,14 +22,14 @@ use clap::CommandFactory;
 
 pub use args::{
     BoundsArgs, BoxesArg, CheckArgs, Cli, Command, FmtArgs, Format, GraphArgs, GraphFormat, MethodArg,
-    RenderArgs, SceneArgs, Size, StepsArg, ViewArg,
+    RenderArgs, SceneArgs, Size, StepsArg, Sweep, ViewArg, VolumeArg,
 };
 pub use failure::Failure;
 
 /// Runs a command and reports why it failed, if it does.
 ///
-/// Results go to standard output, everything else to standard error. The exit code is 0, or 1 for a mistake in the
-/// input; wrong usage never comes this far, since parsing the arguments ends with 2.
+/// Results go to standard output, everything else to standard error. The exit code is 0, 1 for a mistake in the input, or
+/// 2 for arguments that do not fit together; what parsing alone can tell never comes this far.
 pub fn run(command: Command) -> ExitCode {
     let result = match command {
         Command::Render(args) => render::run(&args),
@@ -43,7 +44,7 @@ pub fn run(command: Command) -> ExitCode {
         Err(failure) if failure.is_closed_pipe() => ExitCode::SUCCESS,
         Err(failure) => {
             say(format_args!("\x1b[1;91merror\x1b[0m: {failure}"));
-            ExitCode::FAILURE
+            failure.exit_code()
         }
     }
 }

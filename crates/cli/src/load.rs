@@ -1,13 +1,14 @@
 //! Reading a scene, and reporting its mistakes where they are.
 
+use std::fmt::Display;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use csg_graph::{Analysis, Limits, StatesError};
-use csg_graph_grammar::{Diagnostic, Override, Scene};
+use csg_graph_grammar::{Diagnostic, Lowered, Override, Scene};
 
 use crate::args::SceneArgs;
-use crate::{Failure, say};
+use crate::{Failure, output, say};
 
 /// A scene that has no mistakes so far, with the text that later messages point into.
 pub(crate) struct Loaded {
@@ -17,30 +18,74 @@ pub(crate) struct Loaded {
     pub(crate) limits: Limits,
     path: PathBuf,
     source: String,
+    /// The parameters that were set from outside.
+    pub(crate) set: Vec<String>,
 }
 
 /// Reads a scene and translates it; mistakes and warnings are reported.
 pub(crate) fn load(args: &SceneArgs) -> Result<Loaded, Failure> {
     let source = read(&args.scene)?;
     let name = args.scene.display().to_string();
-    let mistakes = |mut diagnostics: Vec<Diagnostic>| {
-        let foreign = diagnostics.iter_mut().filter_map(|diagnostic| diagnostic.excerpt.as_mut());
-        foreign.for_each(|excerpt| excerpt.name = "--set".to_owned());
+    let lowered = lower(&source, &args.set).map_err(|diagnostics| {
         report(&name, &source, &diagnostics);
         mistakes(&args.scene, &diagnostics)
-    };
-    let overrides = args.set.iter().map(|set| Override::parse(set)).collect::<Result<Vec<_>, _>>();
-    let lowered = csg_graph_grammar::load(&source, &overrides.map_err(mistakes)?).map_err(mistakes)?;
+    })?;
     report(&name, &source, &lowered.warnings);
     let mut limits = Limits::default();
     limits.states = args.max_states;
-    Ok(Loaded { scene: lowered.scene, limits, path: args.scene.clone(), name, source })
+    let (path, set) = (args.scene.clone(), args.set.clone());
+    Ok(Loaded { scene: lowered.scene, limits, path, name, source, set })
+}
+
+fn lower(source: &str, set: &[String]) -> Result<Lowered, Vec<Diagnostic>> {
+    let foreign = |mut diagnostics: Vec<Diagnostic>| {
+        let excerpts = diagnostics.iter_mut().filter_map(|diagnostic| diagnostic.excerpt.as_mut());
+        excerpts.for_each(|excerpt| excerpt.name = "--set".to_owned());
+        diagnostics
+    };
+    let overrides: Result<Vec<_>, _> = set.iter().map(|set| Override::parse(set)).collect();
+    overrides.and_then(|overrides| csg_graph_grammar::load(source, &overrides)).map_err(foreign)
 }
 
 impl Loaded {
+    /// The same scene with another value of one parameter, or the mistakes that this makes, which are not reported.
+    pub(crate) fn varied(&self, name: &str, value: impl Display) -> Result<Self, Vec<Diagnostic>> {
+        let is_other = |set: &&String| set.split('=').next().is_none_or(|set| set.trim() != name);
+        let mut set: Vec<String> = self.set.iter().filter(is_other).cloned().collect();
+        set.push(format!("{name}={value}"));
+        let scene = lower(&self.source, &set)?.scene;
+        let (path, source) = (self.path.clone(), self.source.clone());
+        Ok(Self { scene, name: self.name.clone(), limits: self.limits, path, source, set })
+    }
+
+    /// Reports mistakes.
+    pub(crate) fn mistakes(&self, diagnostics: &[Diagnostic]) -> Failure {
+        report(&self.name, &self.source, diagnostics);
+        mistakes(&self.path, diagnostics)
+    }
+
+    /// Whether a path leads to the scene's file.
+    pub(crate) fn is_file(&self, path: &Path) -> bool {
+        output::is_same(&self.path, path)
+    }
+
+    /// The name of the file without its folder.
+    pub(crate) fn file_name(&self) -> String {
+        self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
+    }
+
     /// Analyses the graph; what is wrong with it is reported.
     pub(crate) fn analyse(&self) -> Result<Analysis, Failure> {
         self.scene.graph.analyse(&self.limits).map_err(|error| self.failure(&error))
+    }
+
+    /// As [`analyse`](Self::analyse), but none for a recursion that never ends, which may be bounded all the same.
+    pub(crate) fn analyse_unless_endless(&self) -> Result<Option<Analysis>, Failure> {
+        match self.scene.graph.analyse(&self.limits) {
+            Ok(analysis) => Ok(Some(analysis)),
+            Err(StatesError::Endless { .. }) => Ok(None),
+            Err(error) => Err(self.failure(&error)),
+        }
     }
 
     /// Reports why the states cannot be listed.
@@ -49,9 +94,7 @@ impl Loaded {
         if let (StatesError::TooMany { .. }, Some(help)) = (error, &mut diagnostic.help) {
             help.push_str(" with --max-states");
         }
-        let diagnostics = [diagnostic];
-        report(&self.name, &self.source, &diagnostics);
-        mistakes(&self.path, &diagnostics)
+        self.mistakes(&[diagnostic])
     }
 
     /// The limits for boxes: those of the analysis, which has listed the states before.

@@ -147,6 +147,19 @@ fn wrong_usage_ends_with_2() {
         &["render", tower, "-o", "picture.jpg"],
         &["render", tower, "--set", "n"],
         &["bounds", tower, "--method", "magic"],
+        &["bounds", tower, "--volume", "ball"],
+        &["bounds", tower, "--volume", "obb", "--method", "chain"],
+        &["bounds", tower, "--states", "--method", "conventional"],
+        &["bounds", tower, "--tolerance", "1e-6", "--method", "chain"],
+        &["bounds", tower, "--tolerance", "-1"],
+        &["bounds", tower, "--tolerance", "NaN"],
+        &["bounds", tower, "--compare", "--volume", "obb"],
+        &["bounds", tower, "--plot", "growth.png"],
+        &["bounds", tower, "--plot", "growth.svg", "--compare"],
+        &["bounds", tower, "--sweep", "n=1..3"],
+        &["bounds", tower, "--plot", "growth.svg", "--sweep", "n"],
+        &["bounds", tower, "--plot", "growth.svg", "--sweep", "n=3..1"],
+        &["bounds", tower, "--plot", "growth.svg", "--sweep", "n=0..2.5"],
         &["check", tower, "--format", "xml"],
     ];
     for args in wrong {
@@ -158,8 +171,8 @@ fn wrong_usage_ends_with_2() {
 
 #[test]
 fn mistakes_in_the_input_end_with_1() {
-    let (tower, sympodial) = (scene("cone_tower.pcsg"), scene("sympodial.pcsg"));
-    let (tower, sympodial) = (path(&tower), path(&sympodial));
+    let scenes = ["cone_tower.pcsg", "sympodial.pcsg", "primitives.pcsg"].map(scene);
+    let [tower, sympodial, primitives] = scenes.each_ref().map(|scene| path(scene));
     // (arguments, a part of the message)
     let wrong: &[(&[&str], &str)] = &[
         (&["check", "missing.pcsg"], "missing.pcsg: cannot read it"),
@@ -170,6 +183,13 @@ fn mistakes_in_the_input_end_with_1() {
         (&["check", tower, "--max-states", "10"], "--max-states"),
         (&["bounds", tower, "--max-steps", "10"], "--max-steps allows 10"),
         (&["bounds", sympodial, "--set", "cnt=60"], "--max-steps allows"),
+        (&["bounds", sympodial, "--plot", "missing/growth.svg"], "cannot write it"),
+        (&["bounds", sympodial, "--plot", "growth.svg", "--sweep", "ctn=0..4"], "did you mean `cnt`"),
+        (
+            &["bounds", tower, "--plot", "growth.svg", "--sweep", "n=5..999", "--max-states", "99"],
+            "--max-states",
+        ),
+        (&["bounds", primitives, "--plot", "growth.svg"], "--sweep NAME=A..B"),
         (&["render", sympodial, "--set", "cnt=60", "--boxes", "none"], "without boxes"),
         (&["render", sympodial, "--set", "cnt=60", "--boxes", "chain"], "the chain algorithm"),
     ];
@@ -281,6 +301,153 @@ fn exact_boxes_are_found_at_any_depth() {
         .collect();
     assert_eq!(tops.len(), 1, "the trunk stands once");
     assert_eq!(Some(tops[0]), report["root"]["max"][2].as_f64());
+}
+
+#[test]
+fn every_kind_of_volume_has_its_numbers_and_its_size() {
+    let sympodial = scene("sympodial.pcsg");
+    let report = |volume: &str| -> Value {
+        let args = [
+            "bounds",
+            path(&sympodial),
+            "--set",
+            "cnt=3",
+            "--method",
+            "exact",
+            "--volume",
+            volume,
+            "--format",
+            "json",
+        ];
+        let (code, out, err, _) = run(&args);
+        assert_eq!((code, err.as_str()), (0, ""));
+        serde_json::from_str(&out).unwrap()
+    };
+    let number = |value: &Value| value.as_f64().unwrap();
+    let aabb = report("aabb");
+    for (volume, planes) in [("slab6", 6), ("slab", 14), ("slab18", 18), ("slab26", 26)] {
+        let slab = report(volume);
+        assert_eq!(slab["directions"].as_array().unwrap().len(), planes / 2);
+        for axis in 0..3 {
+            let [found, expected] = [&slab, &aabb].map(|report| number(&report["root"]["max"][axis]));
+            assert!((found - expected).abs() < 1e-9, "{volume}: {found} instead of {expected}");
+        }
+        assert!(number(&slab["root"]["volume"]) <= number(&aabb["root"]["volume"]) * (1.0 + 1e-9));
+    }
+    let sphere = report("sphere");
+    assert_eq!(sphere["volume"], "sphere");
+    let radius = number(&sphere["root"]["radius"]);
+    assert!(
+        (number(&sphere["root"]["surface_area"]) / (4.0 * std::f64::consts::PI) - radius * radius).abs()
+            < 1e-9
+    );
+    let obb = report("obb");
+    assert_eq!(obb["root"]["axes"].as_array().unwrap().len(), 3);
+    assert!(number(&obb["root"]["surface_area"]) <= number(&aabb["root"]["surface_area"]));
+    for report in [aabb, sphere, obb] {
+        assert!(report["gap"].is_number() && report["counts"]["states"].is_number());
+        let states = report["states"].as_array().unwrap();
+        assert!(states.iter().all(|state| state["params"].is_object() && state["volume"].is_number()));
+    }
+}
+
+#[test]
+fn the_volume_of_a_node_encloses_those_of_its_states() {
+    let sympodial = scene("sympodial.pcsg");
+    let args = ["bounds", path(&sympodial), "--set", "cnt=3", "--volume", "slab26", "--format", "json"];
+    let (_, out, _, _) = run(&args);
+    let report: Value = serde_json::from_str(&out).unwrap();
+    let planes = |entry: &Value, side: &str| -> Vec<f64> {
+        entry[side].as_array().unwrap().iter().map(|plane| plane.as_f64().unwrap()).collect()
+    };
+    let of_symbol = |list: &str, key: &str, symbol: &str| -> Vec<Value> {
+        let all = report[list].as_array().unwrap().iter();
+        all.filter(|entry| entry[key] == symbol && entry["kind"] != "C").cloned().collect()
+    };
+    for symbol in ["TR", "SG"] {
+        let [node] = &of_symbol("nodes", "name", symbol)[..] else { panic!("{symbol} is one node") };
+        let states = of_symbol("states", "symbol", symbol);
+        for (plane, node) in planes(node, "max").into_iter().enumerate() {
+            let most = states.iter().map(|state| planes(state, "max")[plane]).fold(f64::MIN, f64::max);
+            assert!((node - most).abs() < 1e-9, "{symbol}, plane {plane}: {node} instead of {most}");
+        }
+    }
+}
+
+#[test]
+fn states_are_listed_for_people_too() {
+    let sympodial = scene("sympodial.pcsg");
+    let (code, out, err, _) = run(&["bounds", path(&sympodial), "--set", "cnt=2", "--states"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert!(out.starts_with("exact boxes") && out.contains("cnt = 2, trunk = 2"), "{out}");
+}
+
+#[test]
+fn methods_and_volumes_are_compared() {
+    let sympodial = scene("sympodial.pcsg");
+    let compare = |cnt: &str| -> Vec<Value> {
+        let (code, out, err, _) =
+            run(&["bounds", path(&sympodial), "--set", cnt, "--compare", "--format", "json"]);
+        assert_eq!((code, err.as_str()), (0, ""));
+        let report: Value = serde_json::from_str(&out).unwrap();
+        report["rows"].as_array().unwrap().clone()
+    };
+    let row = |rows: &[Value], method: &str, volume: &str| {
+        rows.iter().find(|row| row["method"] == method && row["volume"] == volume).unwrap().clone()
+    };
+    let rows = compare("cnt=4");
+    let conventional = row(&rows, "conventional", "aabb");
+    assert_eq!(conventional["boxes"], "1942");
+    assert!(conventional["root_volume_ratio"].as_f64().unwrap() > 2.9);
+    assert_eq!(row(&rows, "exact", "aabb")["nodes_area_ratio"], 1.0);
+    assert!(row(&rows, "exact", "slab26")["root_area_ratio"].as_f64().unwrap() < 0.7);
+
+    let rows = compare("cnt=60");
+    let chain = row(&rows, "chain", "aabb");
+    assert_eq!(chain["boxes"], "4582574750436065017864");
+    assert!(chain["seconds"].is_null() && chain["not_run"].as_str().unwrap().contains("--max-steps"));
+}
+
+#[test]
+fn growth_is_drawn_the_same_each_time() {
+    let sympodial = scene("sympodial.pcsg");
+    let folder = tempfile::tempdir().unwrap();
+    let draw = || {
+        let args = ["bounds", path(&sympodial), "--set", "cnt=5", "--plot", "growth.svg"];
+        let (code, out, err, files) = run_in(folder.path(), &args);
+        assert_eq!((code, err.as_str()), (0, ""));
+        assert_eq!(files, ["growth.svg"]);
+        assert!(out.starts_with("cnt from 0 to 5, which counts the recursion down"), "{out}");
+        fs::read_to_string(folder.path().join("growth.svg")).unwrap()
+    };
+    let drawing = draw();
+    assert!(drawing.starts_with("<svg") && drawing.trim_end().ends_with("</svg>"));
+    for text in ["sympodial.pcsg", "conventional", "chain", "exact", "--sweep cnt=0..5"] {
+        assert!(drawing.contains(text), "{text} is missing");
+    }
+    assert_eq!(drawing, draw());
+}
+
+#[test]
+fn a_sweep_leaves_out_what_is_mistaken_and_stops_where_work_is_beyond_reach() {
+    let (tower, sympodial) = (scene("cone_tower.pcsg"), scene("sympodial.pcsg"));
+    // For n = 4 the cones have no size.
+    let args = ["bounds", path(&tower), "--plot", "growth.svg", "--sweep", "n=3..5", "--format", "json"];
+    let (code, out, err, _) = run(&args);
+    assert_eq!(code, 0);
+    assert!(err.contains("left out n = 4") && err.contains("--set n=4"), "{err}");
+    let report: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(report["left_out"], serde_json::json!([4]));
+    assert_eq!(report["samples"].as_array().unwrap().len(), 2);
+
+    let args =
+        ["bounds", path(&sympodial), "--plot", "growth.svg", "--sweep", "cnt=2..3", "--max-steps", "1000"];
+    let (code, out, _, _) = run(&[&args[..], &["--format", "json"]].concat());
+    assert_eq!(code, 0);
+    let report: Value = serde_json::from_str(&out).unwrap();
+    let last = &report["samples"][1];
+    assert_eq!((&last["value"], &last["chain"]["boxes"]), (&3.into(), &"2622".into()));
+    assert!(last["chain"]["seconds"].is_null() && last["conventional"]["seconds"].is_number());
 }
 
 #[test]

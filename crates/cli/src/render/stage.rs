@@ -49,7 +49,7 @@ impl Stage {
 
         let start = Instant::now();
         let method = args.boxes.map_or_else(|| Some(usual_method(&analysis)), BoxesArg::method);
-        let max_steps = args.limit.max_steps;
+        let max_steps = args.limit.once();
         let hyper_boxes = match method {
             Some(method) => Some(bounds::hyper_boxes(method, &loaded, &analysis, max_steps)?),
             None => {

@@ -1,0 +1,251 @@
+//! The volumes of a scene by one method: of the whole, of all nodes, and of all states.
+
+use std::fmt::Write;
+use std::time::Instant;
+
+use csg_graph::{Graph, Node, NodeId, State};
+use csg_graph_bounds::{Aabb, ExactBoxes, HyperBoxes, Obb, Slabs, Sphere, exact};
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use super::instances::Instances;
+use super::methods::{failure, hyper_boxes};
+use super::volume::{Entry, Shown, line};
+use crate::args::{BoundsArgs, Format, MethodArg, VolumeArg};
+use crate::load::Loaded;
+use crate::progress::Spinner;
+use crate::text::{json, push_table};
+use crate::{Failure, print};
+
+/// What was found.
+struct Found<V> {
+    root: V,
+    nodes: Vec<V>,
+    /// Those of symbols, if they were asked for.
+    states: Option<Vec<(State, V)>>,
+    exact: Option<ExactFacts>,
+    seconds: f64,
+}
+
+/// What is known of exact volumes besides.
+struct ExactFacts {
+    gap: f64,
+    counts: csg_graph_bounds::Counts,
+}
+
+/// What `--format json` prints. Coordinates without a number are null: an unbounded side, or an empty volume.
+#[derive(Serialize)]
+struct Report {
+    scene: String,
+    method: &'static str,
+    volume: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    directions: Option<Vec<[f64; 3]>>,
+    root: Entry,
+    nodes: Vec<NodeEntry>,
+    #[serde(flatten)]
+    exact: Option<ExactReport>,
+    seconds: f64,
+}
+
+#[derive(Serialize)]
+struct ExactReport {
+    gap: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    contraction: Option<f64>,
+    states: Vec<StateEntry>,
+    counts: Counts,
+}
+
+#[derive(Serialize)]
+struct Counts {
+    states: usize,
+    solids: usize,
+    queries: u64,
+    expansions: u64,
+}
+
+#[derive(Serialize)]
+struct StateEntry {
+    symbol: String,
+    params: Map<String, Value>,
+    #[serde(flatten)]
+    volume: Entry,
+}
+
+#[derive(Serialize)]
+struct NodeEntry {
+    id: usize,
+    kind: &'static str,
+    name: String,
+    #[serde(flatten)]
+    volume: Entry,
+}
+
+pub(super) fn run(args: &BoundsArgs, loaded: &Loaded) -> Result<(), Failure> {
+    let analysis = loaded.analyse_unless_endless()?;
+    let method = args.method.unwrap_or_else(|| {
+        if analysis.is_none() || only_exact(args).is_some() { MethodArg::Exact } else { MethodArg::Chain }
+    });
+    if method == MethodArg::Exact {
+        return match args.volume {
+            VolumeArg::Aabb => run_exact::<Aabb>(args, loaded),
+            VolumeArg::Sphere => run_exact::<Sphere>(args, loaded),
+            VolumeArg::Slab6 => run_exact::<Slabs<3>>(args, loaded),
+            VolumeArg::Slab14 => run_exact::<Slabs<7>>(args, loaded),
+            VolumeArg::Slab18 => run_exact::<Slabs<9>>(args, loaded),
+            VolumeArg::Slab26 => run_exact::<Slabs<13>>(args, loaded),
+            VolumeArg::Obb => run_exact::<Obb>(args, loaded),
+        };
+    }
+    let name = method.name();
+    if let Some(what) = only_exact(args) {
+        return Err(Failure::Usage(format!(
+            "{what} is for the exact method, and the {name} one makes axis-aligned boxes of nodes only; leave out \
+             --method {name}"
+        )));
+    }
+    let Some(analysis) = analysis else {
+        return Err(loaded.refused(format!(
+            "the recursion never ends, and the {name} algorithm walks all that it unfolds into; --method exact bounds \
+             what shrinks as it recurses"
+        )));
+    };
+    let start = Instant::now();
+    let HyperBoxes { root, nodes, .. } = hyper_boxes(method, loaded, &analysis, args.limit.once())?;
+    let seconds = start.elapsed().as_secs_f64();
+    show(args, loaded, method, &Found { root, nodes, states: None, exact: None, seconds })
+}
+
+/// An argument that the other methods have no use for.
+fn only_exact(args: &BoundsArgs) -> Option<String> {
+    if args.volume != VolumeArg::Aabb {
+        Some(format!("--volume {}", args.volume.name()))
+    } else if args.states {
+        Some("--states".to_owned())
+    } else {
+        args.tolerance.map(|_| "--tolerance".to_owned())
+    }
+}
+
+fn run_exact<V: Shown>(args: &BoundsArgs, loaded: &Loaded) -> Result<(), Failure> {
+    let graph = &loaded.scene.graph;
+    let _spinner = Spinner::new("bounding");
+    let start = Instant::now();
+    let limits = loaded.bounds_limits();
+    let limits = args.tolerance.map_or(limits, |tolerance| limits.with_gap(tolerance));
+    let exact = exact(graph, &limits).map_err(|error| failure(loaded, error))?;
+    let with_states = args.states || args.format == Format::Json;
+    let found = Found::<V>::about(graph, &exact, args.tolerance, with_states);
+    let seconds = start.elapsed().as_secs_f64();
+    show(args, loaded, MethodArg::Exact, &Found { seconds, ..found })
+}
+
+impl<V: Shown> Found<V> {
+    /// The volumes about exact supports.
+    fn about(graph: &Graph, exact: &ExactBoxes<Graph>, tolerance: Option<f64>, with_states: bool) -> Self {
+        let instances = Instances::new(exact);
+        let of_state = |state: &State, aabb| V::about(aabb, tolerance, |d| instances.of_state(state, d));
+        let of_node = |(id, _): (NodeId, &Node)| {
+            V::about(exact.nodes[id.index()], tolerance, |d| instances.of_node(id, d))
+        };
+        let states = || {
+            let symbols =
+                exact.states().filter(|(state, _)| matches!(graph.node(state.node()), Node::Symbol(_)));
+            symbols.map(|(state, found)| (state.clone(), of_state(state, found.aabb))).collect()
+        };
+        let facts = ExactFacts { gap: exact.gap, counts: exact.counts };
+        Self {
+            root: of_state(&graph.root_state(), exact.root),
+            nodes: graph.nodes().map(of_node).collect(),
+            states: with_states.then(states),
+            exact: Some(facts),
+            seconds: 0.0,
+        }
+    }
+}
+
+fn show<V: Shown>(
+    args: &BoundsArgs,
+    loaded: &Loaded,
+    method: MethodArg,
+    found: &Found<V>,
+) -> Result<(), Failure> {
+    print(match args.format {
+        Format::Table => table(&loaded.scene.graph, method, found),
+        Format::Json => json(&report(args, loaded, method, found)),
+    })
+}
+
+fn report<V: Shown>(args: &BoundsArgs, loaded: &Loaded, method: MethodArg, found: &Found<V>) -> Report {
+    let graph = &loaded.scene.graph;
+    let nodes = graph.nodes().zip(&found.nodes).map(|((id, node), volume)| NodeEntry {
+        id: id.index(),
+        kind: node.kind(),
+        name: graph.node_name(id),
+        volume: Entry::new(volume),
+    });
+    let states = found.states.iter().flatten().map(|(state, volume)| StateEntry {
+        symbol: graph.node_name(state.node()),
+        params: graph.live_values(state).into_iter().map(|(name, value)| (name, value.into())).collect(),
+        volume: Entry::new(volume),
+    });
+    let exact = found.exact.as_ref().map(|facts| ExactReport {
+        gap: facts.gap,
+        contraction: None,
+        states: states.collect(),
+        counts: Counts {
+            states: facts.counts.states,
+            solids: facts.counts.solids,
+            queries: facts.counts.queries,
+            expansions: facts.counts.expansions,
+        },
+    });
+    let directions = V::DIRECTIONS.iter().map(|direction| direction.to_array());
+    Report {
+        scene: loaded.name.clone(),
+        method: method.name(),
+        volume: args.volume.name(),
+        directions: (!V::DIRECTIONS.is_empty()).then(|| directions.collect()),
+        root: Entry::new(&found.root),
+        nodes: nodes.collect(),
+        exact,
+        seconds: found.seconds,
+    }
+}
+
+fn table<V: Shown>(graph: &Graph, method: MethodArg, found: &Found<V>) -> String {
+    let Found { root, seconds, .. } = found;
+    let mut text = format!("{} {} in {seconds:.3} s; the whole: {}\n", method.name(), V::kind(), line(root));
+    let _ = writeln!(text, "volume {:.6}, surface area {:.6}", root.volume(), root.surface_area());
+    if let Some(ExactFacts { gap, counts }) = &found.exact {
+        let (states, queries, expansions) = (counts.states, counts.queries, counts.expansions);
+        let _ = writeln!(
+            text,
+            "{states} states, {queries} queries, {expansions} expansions; no gap above {gap:.1e}"
+        );
+    }
+    let kind = V::kind();
+    let size = |volume: &V| [volume.volume(), volume.surface_area()].map(|size| format!("{size:.6}"));
+    let node = |((id, node), found): ((NodeId, &Node), &V)| {
+        let [volume, area] = size(found);
+        [id.index().to_string(), node.kind().to_owned(), graph.node_name(id), volume, area, line(found)]
+    };
+    let rows: Vec<_> = graph.nodes().zip(&found.nodes).map(node).collect();
+    text.push('\n');
+    let heads = ["node", "kind", "name", "volume", "surface", &kind];
+    push_table(&mut text, heads, [true, false, false, true, true, false], &rows);
+    if let Some(states) = &found.states {
+        let state = |(state, found): &(State, V)| {
+            let params =
+                graph.live_values(state).into_iter().map(|(name, value)| format!("{name} = {value}"));
+            let [volume, area] = size(found);
+            [graph.node_name(state.node()), params.collect::<Vec<_>>().join(", "), volume, area, line(found)]
+        };
+        let rows: Vec<_> = states.iter().map(state).collect();
+        text.push('\n');
+        let heads = ["symbol", "parameters", "volume", "surface", &kind];
+        push_table(&mut text, heads, [false, false, true, true, false], &rows);
+    }
+    text
+}

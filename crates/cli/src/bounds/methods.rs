@@ -1,0 +1,74 @@
+//! Running the algorithms: what each would cost is known before it is begun.
+
+use csg_graph::{Analysis, BigUint};
+use csg_graph_bounds::{BoundsError, ExactBoxes, HyperBoxes, chain, conventional, exact};
+
+use crate::Failure;
+use crate::args::MethodArg;
+use crate::load::Loaded;
+use crate::progress::Spinner;
+use crate::text::short;
+
+/// Steps of an algorithm that take longer than one waits without a sign of life: a second or so.
+const LONG: u32 = 3_000_000;
+
+/// Refuses work that is known to be too much, before it is begun.
+pub(crate) fn refuse_more_than(
+    max_steps: u64,
+    work: &BigUint,
+    loaded: &Loaded,
+    what: &str,
+) -> Result<(), Failure> {
+    if *work <= BigUint::from(max_steps) {
+        return Ok(());
+    }
+    let shown = short(work);
+    Err(loaded.refused(format!(
+        "{what}: {shown} steps, and --max-steps allows {max_steps}; use the exact boxes, let the recursion end earlier, \
+         or raise --max-steps"
+    )))
+}
+
+/// The boxes that an algorithm computes: known beforehand for those that walk the unfolded tree, and for the exact one
+/// the states.
+pub(super) fn boxes_to_compute(method: MethodArg, analysis: &Analysis) -> BigUint {
+    match method {
+        MethodArg::Conventional => analysis.instances.clone(),
+        MethodArg::Chain => analysis.chain_boxes.clone(),
+        MethodArg::Exact => analysis.node_states.into(),
+    }
+}
+
+/// The hyper boxes of a scene by one of the algorithms.
+pub(crate) fn hyper_boxes(
+    method: MethodArg,
+    loaded: &Loaded,
+    analysis: &Analysis,
+    max_steps: u64,
+) -> Result<HyperBoxes, Failure> {
+    let graph = &loaded.scene.graph;
+    // The work is known beforehand; the algorithms need not count it once more.
+    let limits = loaded.bounds_limits().with_steps(u64::MAX);
+    let work = boxes_to_compute(method, analysis);
+    let what = match method {
+        MethodArg::Conventional => "the conventional algorithm visits every node of the unfolded tree",
+        MethodArg::Chain => "the chain algorithm computes a box for each transformation above each primitive",
+        MethodArg::Exact => {
+            return exact(graph, &limits)
+                .map(ExactBoxes::into_hyper_boxes)
+                .map_err(|error| failure(loaded, error));
+        }
+    };
+    refuse_more_than(max_steps, &work, loaded, what)?;
+    let _spinner = (work > BigUint::from(LONG)).then(|| Spinner::new("bounding"));
+    let walk = if method == MethodArg::Conventional { conventional } else { chain };
+    walk(graph, &limits).map_err(|error| failure(loaded, error))
+}
+
+/// Why an algorithm found no boxes.
+pub(crate) fn failure(loaded: &Loaded, error: BoundsError<csg_graph::EvalError>) -> Failure {
+    match error {
+        BoundsError::Scene(error) => loaded.failure(&error.into()),
+        error => loaded.refused(error),
+    }
+}
