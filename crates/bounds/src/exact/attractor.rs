@@ -269,15 +269,16 @@ impl<S: Scene> BottomUp<S> {
                 continue;
             }
             let tolerance = enough.max(SHARE * known);
-            let mut gap = known;
+            // Of the operands of an intersection, the least decides.
+            let (mut least, mut gap) = (f64::INFINITY, known);
             for part in &vertex.asked {
                 let found = search.support(&self.solids, part, direction, faces[at], tolerance);
                 let upper = (found.upper + self.solids.error(part)).next_up();
-                if upper <= faces[at] {
-                    faces[at] = upper;
-                    gap = gap.min(found.upper - found.lower);
+                if upper < least {
+                    (least, gap) = (upper, known.min(found.upper - found.lower));
                 }
             }
+            faces[at] = faces[at].min(least);
             slowest = slowest.max(gap / known);
             vertex.gaps[at] = gap;
         }

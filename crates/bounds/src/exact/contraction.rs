@@ -79,8 +79,9 @@ impl Contraction {
         let mut found =
             Self { norms: vec![Norm::EUCLIDEAN; count], factors: Vec::new(), edges, out, factor: 1.0 };
         for target in std::iter::once(None).chain(TARGETS.map(Some)) {
-            if let Some(factor) = target {
-                found.search(factor);
+            // Norms that are still growing may do, but make ellipsoids like needles.
+            if target.is_some_and(|factor| !found.search(factor)) && target != TARGETS.last().copied() {
+                continue;
             }
             found.measure();
             let cycle = match found.fixed_point(&vec![1.0; found.edges.len()], &vec![1.0; count]) {
@@ -100,11 +101,12 @@ impl Contraction {
         unreachable!("the last target returns")
     }
 
-    /// Enlarges norms until all maps that change anything shrink by a factor, or for so long.
-    fn search(&mut self, factor: f64) {
+    /// Enlarges norms until all maps that change anything shrink by a factor. Whether they do.
+    fn search(&mut self, factor: f64) -> bool {
         self.norms.fill(Norm::EUCLIDEAN);
+        let mut mended = true;
         for _ in 0..PASSES {
-            let mut mended = false;
+            mended = false;
             for edge in &self.edges {
                 let factor = if edge.map == DMat3::IDENTITY { 1.0 } else { factor };
                 let (above, below) = (self.norms[edge.above], &mut self.norms[edge.below]);
@@ -120,6 +122,7 @@ impl Contraction {
         for norm in &mut self.norms {
             *norm = norm.checked();
         }
+        !mended
     }
 
     fn measure(&mut self) {

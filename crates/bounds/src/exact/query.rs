@@ -24,7 +24,9 @@
 //! - A solid met again in another place can be *dominated*. If (o, d) and (o′, d′) ask for the same solid, the second
 //!   can reach further than the first by at most o′ − o + h(d′ − d), h the support of the box: for parallel copies of one
 //!   size by o′ − o. If that is nothing, the second is dropped. Where it is no more than rounding, it is dropped too, and
-//!   what it might add is added to the answer.
+//!   what it might add is added to the answer. Below a solid that is a part of itself, the first must also be as deep: its
+//!   own copies would otherwise be dropped for its sake, and its sake is theirs. Deeper and deeper this ends, at what was
+//!   not dropped.
 //!
 //! ## Rounding
 //!
@@ -191,7 +193,9 @@ impl Search {
             return;
         }
         let spread = 2.0 * but_the_largest(extents);
-        let lower = (support - spread - solid.gap * direction.abs().max_element()).min(upper);
+        // A point of the solid is at most so far below a face, and at most twice the extents below the support.
+        let below = (spread + solid.gap * direction.abs().max_element()).min(2.0 * extents.element_sum());
+        let lower = (support - below).min(upper);
         query.best = query.best.max(lower);
         let uncertain = if self.rough { spread } else { upper - lower };
         // Twice, because the gap of a box that ended within the tolerance must be within it further up.
@@ -208,7 +212,9 @@ impl Search {
     fn is_dominated<S: Shape>(&mut self, solids: &Solids<S>, next: &Open) -> bool {
         let Solid { center, half, .. } = solids.solid(next.solid);
         let most = 0.5 * self.query.tolerance - self.query.excess;
-        let known = self.recent.iter().filter(|known| known.solid == next.solid);
+        let same =
+            |known: &&Open| known.solid == next.solid && (known.depth >= next.depth || !solids.endless);
+        let known = self.recent.iter().filter(same);
         let further = known.map(|known| {
             let d = next.direction - known.direction;
             next.offset - known.offset + center.dot(d) + half.dot(d.abs())

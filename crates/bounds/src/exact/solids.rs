@@ -22,6 +22,8 @@ use crate::{Aabb, Shape};
 /// All solids, parts before what they are parts of.
 pub(super) struct Solids<S> {
     pub(super) shapes: Vec<S>,
+    /// Whether any is a part of itself.
+    pub(super) endless: bool,
     solids: Vec<Solid>,
     parts: Vec<Part>,
     chains: Vec<Chain>,
@@ -100,7 +102,7 @@ impl<S: Shape> Solids<S> {
     /// No solids yet, but the shapes that they may be.
     pub(super) fn new(shapes: Vec<S>) -> Self {
         let no_maps = Chain { parent_from_child: DAffine3::IDENTITY, rounding: Rounding::NONE };
-        Self { solids: Vec::new(), parts: Vec::new(), shapes, chains: vec![no_maps] }
+        Self { shapes, endless: false, solids: Vec::new(), parts: Vec::new(), chains: vec![no_maps] }
     }
 
     /// How many there are.
@@ -183,6 +185,7 @@ impl<S: Shape> Solids<S> {
 
     /// A solid of which nothing is known yet, because it is a part of itself.
     pub(super) fn declare(&mut self) -> Image {
+        self.endless = true;
         self.push(Kind::Union(0..0), Aabb::ALL, f64::INFINITY, f64::INFINITY)
     }
 
