@@ -52,7 +52,7 @@ pub enum Command {
     /// Find mistakes, or tell how large the solid is
     ///
     /// Reports every mistake in the file. Without any, counts the states of the graph and, exactly, what it unfolds into,
-    /// and shows that the recursion ends.
+    /// and shows that the recursion ends, or that it shrinks to a solid although it never ends.
     Check(CheckArgs),
     /// Draw the graph of a scene, for Graphviz
     Graph(GraphArgs),

@@ -2,12 +2,14 @@
 
 use std::fmt::Write;
 
-use csg_graph::{Analysis, StatesError, SymbolState};
+use csg_graph::{Analysis, Graph, Node, StatesError, SymbolState};
+use csg_graph_bounds::exact;
 use serde::Serialize;
 
 use crate::args::{CheckArgs, Format};
+use crate::load::{Loaded, load};
 use crate::text::{grouped, json};
-use crate::{Failure, load, print};
+use crate::{Failure, bounds, print};
 
 /// What `check --format json` prints. Counts that outgrow the numbers of most JSON readers are decimal strings.
 #[derive(Serialize)]
@@ -23,13 +25,24 @@ struct Report {
     terminates: bool,
 }
 
-/// What it prints where the recursion never ends.
+/// What it prints where the recursion never ends; of a solid that is bounded all the same, also how.
 #[derive(Serialize)]
 struct Endless {
     scene: String,
     nodes: usize,
     terminates: bool,
     counterexample: Vec<Visit>,
+    #[serde(flatten)]
+    bounded: Option<Bounded>,
+}
+
+/// A recursion that never ends, but shrinks.
+#[derive(Serialize)]
+struct Bounded {
+    node_states: usize,
+    contraction: f64,
+    min: [f64; 3],
+    max: [f64; 3],
 }
 
 #[derive(Serialize)]
@@ -39,7 +52,7 @@ struct Visit {
 }
 
 pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
-    let loaded = load::load(&args.scene)?;
+    let loaded = load(&args.scene)?;
     let graph = &loaded.scene.graph;
     match graph.analyse(&loaded.limits) {
         Ok(analysis) => print(match args.format {
@@ -56,18 +69,42 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
                 terminates: true,
             }),
         }),
-        Err(error) => {
-            if let (Format::Json, StatesError::Endless { path }) = (args.format, &error) {
-                print(json(&Endless {
-                    scene: loaded.name.clone(),
-                    nodes: graph.node_count(),
-                    terminates: false,
-                    counterexample: path.iter().map(Visit::new).collect(),
-                }))?;
-            }
-            Err(loaded.failure(&error))
-        }
+        Err(StatesError::Endless { path }) => endless(args, &loaded, &path),
+        Err(error) => Err(loaded.failure(&error)),
     }
+}
+
+/// A recursion that never ends is a mistake, unless it shrinks to a solid.
+fn endless(args: &CheckArgs, loaded: &Loaded, path: &[SymbolState]) -> Result<(), Failure> {
+    let graph = &loaded.scene.graph;
+    let exact = exact(graph, &loaded.bounds_limits());
+    let bounded = exact.as_ref().ok().map(|exact| Bounded {
+        node_states: exact.counts.states,
+        contraction: exact.endless.map_or(1.0, |endless| endless.contraction),
+        min: exact.root.min.to_array(),
+        max: exact.root.max.to_array(),
+    });
+    let report = Endless {
+        scene: loaded.name.clone(),
+        nodes: graph.node_count(),
+        terminates: false,
+        counterexample: path.iter().map(Visit::new).collect(),
+        bounded,
+    };
+    if report.bounded.is_some() && path.iter().any(|state| selects(graph, state)) {
+        loaded.warn(&StatesError::Endless { path: path.to_vec() });
+    }
+    match (args.format, &report.bounded) {
+        (Format::Json, _) => print(json(&report))?,
+        (Format::Table, Some(bounded)) => print(endless_table(&report, bounded))?,
+        (Format::Table, None) => {}
+    }
+    exact.map(drop).map_err(|error| bounds::failure(loaded, error))
+}
+
+/// Whether a symbol has a selection function, which was probably meant to end the recursion.
+fn selects(graph: &Graph, state: &SymbolState) -> bool {
+    matches!(graph.node(state.node), Node::Symbol(symbol) if symbol.selection.is_some())
 }
 
 impl Visit {
@@ -93,6 +130,23 @@ fn table(scene: &str, analysis: &Analysis) -> String {
         ("terminates", "yes".to_owned()),
     ];
     let mut text = format!("{scene}: no mistakes\n");
+    for (name, value) in rows {
+        let _ = writeln!(text, "  {name:<12} {value}");
+    }
+    text
+}
+
+fn endless_table(report: &Endless, bounded: &Bounded) -> String {
+    let Bounded { node_states, contraction, min, max } = bounded;
+    let rows = [
+        ("graph nodes", grouped(report.nodes)),
+        ("states", format!("{} of all nodes", grouped(node_states))),
+        ("instances", "endless".to_owned()),
+        ("terminates", "no".to_owned()),
+        ("contraction", format!("{contraction:.6}: once round any cycle, sizes shrink to at most that")),
+        ("box", format!("{min:.4?} .. {max:.4?}")),
+    ];
+    let mut text = format!("{}: no mistakes; an endless recursion that shrinks\n", report.scene);
     for (name, value) in rows {
         let _ = writeln!(text, "  {name:<12} {value}");
     }

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use csg_graph::{Analysis, Limits, StatesError};
-use csg_graph_grammar::{Diagnostic, Lowered, Override, Scene};
+use csg_graph_grammar::{Diagnostic, Lowered, Override, Scene, Severity};
 
 use crate::args::SceneArgs;
 use crate::{Failure, output, say};
@@ -86,6 +86,19 @@ impl Loaded {
             Err(StatesError::Endless { .. }) => Ok(None),
             Err(error) => Err(self.failure(&error)),
         }
+    }
+
+    /// Points at a recursion that never ends, if there is one.
+    pub(crate) fn report_endless(&self) {
+        if let Err(error @ StatesError::Endless { .. }) = self.scene.graph.analyse(&self.limits) {
+            report(&self.name, &self.source, &[self.scene.explain(&error)]);
+        }
+    }
+
+    /// Says what may be a mistake about the states.
+    pub(crate) fn warn(&self, error: &StatesError) {
+        let warning = Diagnostic { severity: Severity::Warning, ..self.scene.explain(error) };
+        report(&self.name, &self.source, &[warning]);
     }
 
     /// Reports why the states cannot be listed.

@@ -247,13 +247,56 @@ fn check_counts_exactly() {
 #[test]
 fn a_recursion_without_an_end_has_a_counterexample() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("loop.pcsg"), "{ n = 2; } A\nA -> sphere | uscale(1/n) A").unwrap();
+    fs::write(folder.path().join("loop.pcsg"), "{ n = 2; } A\nA -> sphere | uscale(n) A").unwrap();
     let (code, out, err, _) = run_in(folder.path(), &["check", "loop.pcsg", "--format", "json"]);
     assert_eq!(code, 1);
-    assert!(err.contains("never ends"), "{err}");
+    assert!(err.contains("the recursion of `A` never ends") && err.contains("grows by"), "{err}");
     let report: Value = serde_json::from_str(&out).unwrap();
     assert_eq!(report["terminates"], false);
     assert_eq!(report["counterexample"][0]["symbol"], "A");
+}
+
+#[test]
+fn a_recursion_without_an_end_that_shrinks_is_a_solid() {
+    let folder = tempfile::tempdir().unwrap();
+    // Spheres of radius 1, 1/2, 1/4, … that touch each other, up to a height of 3.
+    let scene = "{} A\nA -> sphere | move(0, 0, 1.5) uscale(1/2) A";
+    fs::write(folder.path().join("spire.pcsg"), scene).unwrap();
+    let run = |args: &[&str]| run_in(folder.path(), args);
+    let top = |report: &Value| report["max"][2].as_f64().unwrap();
+
+    let (code, out, err, _) = run(&["check", "spire.pcsg", "--format", "json"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    let report: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(report["terminates"], false);
+    assert!((report["contraction"].as_f64().unwrap() - 0.5).abs() < 1e-6, "{out}");
+    assert!((top(&report) - 3.0).abs() < 1e-9, "{out}");
+    let (_, out, _, _) = run(&["check", "spire.pcsg"]);
+    assert!(out.contains("no mistakes; an endless recursion"), "{out}");
+
+    // One that was meant to end, and has no end by mistake.
+    let scene = "{ n = 3; } A\nA if(n > 0, 2, 1)\n1: A -> sphere\n2: A -> sphere | uscale(1/2) A";
+    fs::write(folder.path().join("forgotten.pcsg"), scene).unwrap();
+    let (code, out, err, _) = run(&["check", "forgotten.pcsg"]);
+    assert_eq!(code, 0);
+    assert!(
+        out.contains("endless") && err.contains("warning") && err.contains("does `n` decrease?"),
+        "{err}"
+    );
+
+    let (code, out, err, _) = run(&["bounds", "spire.pcsg", "--format", "json"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    let report: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(report["method"], "exact");
+    assert!((top(&report["root"]) - 3.0).abs() < 1e-9, "{out}");
+    for method in ["conventional", "chain"] {
+        let (code, out, err, _) = run(&["bounds", "spire.pcsg", "--method", method]);
+        assert_eq!((code, out.as_str()), (1, ""));
+        assert!(err.contains("never ends") && err.contains("--method exact"), "{err}");
+    }
+    let (code, out, err, _) = run(&["bounds", "spire.pcsg", "--compare"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert!(out.contains("not run: the recursion never ends"), "{out}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::time::Instant;
 
 use csg_graph::{Graph, Node, NodeId, State};
-use csg_graph_bounds::{Aabb, ExactBoxes, HyperBoxes, Obb, Slabs, Sphere, exact};
+use csg_graph_bounds::{Aabb, Endless, ExactBoxes, HyperBoxes, Obb, Slabs, Sphere, exact};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -31,6 +31,7 @@ struct Found<V> {
 struct ExactFacts {
     gap: f64,
     counts: csg_graph_bounds::Counts,
+    endless: Option<Endless>,
 }
 
 /// What `--format json` prints. Coordinates without a number are null: an unbounded side, or an empty volume.
@@ -154,7 +155,7 @@ impl<V: Shown> Found<V> {
                 exact.states().filter(|(state, _)| matches!(graph.node(state.node()), Node::Symbol(_)));
             symbols.map(|(state, found)| (state.clone(), of_state(state, found.aabb))).collect()
         };
-        let facts = ExactFacts { gap: exact.gap, counts: exact.counts };
+        let facts = ExactFacts { gap: exact.gap, counts: exact.counts, endless: exact.endless };
         Self {
             root: of_state(&graph.root_state(), exact.root),
             nodes: graph.nodes().map(of_node).collect(),
@@ -192,7 +193,7 @@ fn report<V: Shown>(args: &BoundsArgs, loaded: &Loaded, method: MethodArg, found
     });
     let exact = found.exact.as_ref().map(|facts| ExactReport {
         gap: facts.gap,
-        contraction: None,
+        contraction: facts.endless.map(|endless| endless.contraction),
         states: states.collect(),
         counts: Counts {
             states: facts.counts.states,
@@ -218,11 +219,17 @@ fn table<V: Shown>(graph: &Graph, method: MethodArg, found: &Found<V>) -> String
     let Found { root, seconds, .. } = found;
     let mut text = format!("{} {} in {seconds:.3} s; the whole: {}\n", method.name(), V::kind(), line(root));
     let _ = writeln!(text, "volume {:.6}, surface area {:.6}", root.volume(), root.surface_area());
-    if let Some(ExactFacts { gap, counts }) = &found.exact {
+    if let Some(ExactFacts { gap, counts, .. }) = &found.exact {
         let (states, queries, expansions) = (counts.states, counts.queries, counts.expansions);
         let _ = writeln!(
             text,
             "{states} states, {queries} queries, {expansions} expansions; no gap above {gap:.1e}"
+        );
+    }
+    if let Some(Endless { states, contraction, .. }) = found.exact.as_ref().and_then(|facts| facts.endless) {
+        let _ = writeln!(
+            text,
+            "endless: {states} states lead back to themselves, and shrink to at most {contraction:.6} each time round"
         );
     }
     let kind = V::kind();

@@ -1,6 +1,6 @@
 //! Running the algorithms: what each would cost is known before it is begun.
 
-use csg_graph::{Analysis, BigUint};
+use csg_graph::{Analysis, BigUint, EvalError};
 use csg_graph_bounds::{BoundsError, ExactBoxes, HyperBoxes, chain, conventional, exact};
 
 use crate::Failure;
@@ -66,9 +66,13 @@ pub(crate) fn hyper_boxes(
 }
 
 /// Why an algorithm found no boxes.
-pub(crate) fn failure(loaded: &Loaded, error: BoundsError<csg_graph::EvalError>) -> Failure {
+pub(crate) fn failure(loaded: &Loaded, error: BoundsError<EvalError>) -> Failure {
     match error {
         BoundsError::Scene(error) => loaded.failure(&error.into()),
+        BoundsError::Endless { .. } => {
+            loaded.report_endless();
+            loaded.refused(error)
+        }
         error => loaded.refused(error),
     }
 }

@@ -98,7 +98,9 @@ pub(super) fn samples(loaded: &Loaded, sweep: &Sweep, max_steps: u64) -> Result<
         // The first mistake stands for all.
         Some(value) if found.samples.is_empty() => {
             let varied = loaded.varied(&sweep.name, value).map_err(|mistakes| loaded.mistakes(&mistakes))?;
-            varied.analyse()?;
+            if varied.analyse_unless_endless()?.is_none() {
+                return Err(loaded.refused("a recursion that never ends has no depth to draw; see --compare"));
+            }
             Ok(found)
         }
         _ => Ok(found),
