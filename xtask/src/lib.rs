@@ -1,6 +1,7 @@
 //! The chores of this repository, for the program and for the tests.
 
 pub mod golden;
+pub mod prove;
 
 use std::path::{Path, PathBuf};
 

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use csg_graph_cli::Command;
-use xtask::{golden, repository};
+use xtask::{golden, prove, repository};
 
 /// The commands of pcsg without an installation, and the chores of this repository
 #[derive(Debug, Parser)]
@@ -26,12 +26,15 @@ enum Chore {
         #[arg(long, value_name = "NAME")]
         bless: Vec<String>,
     },
+    /// Sample surface points of random graphs, and show that no bounding volume cuts one off
+    Prove(prove::Options),
 }
 
 fn main() -> ExitCode {
     match Xtask::parse().command {
         Chore::Pcsg(command) => csg_graph_cli::run(command),
         Chore::Golden { bless } => golden_images(&bless),
+        Chore::Prove(options) => prove::run(&options),
     }
 }
 
