@@ -3,7 +3,8 @@
 use csg_graph::{EvalError, Graph, Operator, Primitive, State, Transform};
 use glam::{DAffine3, DVec3};
 
-use crate::{Aabb, Map, PointSet, Scene, Shape, Step};
+use crate::boolean::primitive;
+use crate::{Aabb, Cell, Map, PointSet, Scene, Shape, Side, Step};
 
 impl Scene for Graph {
     type State = State;
@@ -110,6 +111,17 @@ impl Shape for Primitive {
             Self::Hull(hull) => hull.points().iter().map(|p| p.dot(d)).fold(f64::NEG_INFINITY, f64::max),
             _ => self.bounds().support(d),
         }
+    }
+
+    fn complement_bounds(&self) -> Aabb {
+        match self {
+            Self::HalfSpace => Aabb { min: DVec3::NEG_INFINITY.with_z(0.0), max: DVec3::INFINITY },
+            _ => Aabb::ALL,
+        }
+    }
+
+    fn classify(&self, cell: &Cell) -> Side {
+        primitive::classify(self, cell)
     }
 }
 

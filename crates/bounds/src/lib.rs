@@ -117,9 +117,47 @@
 //! operand. An operand's own box is never clipped by the other. Unbounded shapes are fine wherever an operator bounds
 //! them.
 //!
-//! **Work is limited.** [`Limits`] bound steps, states and memory, and an error says which limit was met. For [`exact`], a
-//! state that leads back to itself is an error that names the cycle; for the other two it is just another tree that is
-//! too deep. Nothing recurses on the machine stack. Results depend on nothing but the scene and the limits.
+//! Two more ways start from exact boxes and go beyond that algebra:
+//!
+//! - [`ExactBoxes::s_bounds`] lets operands cut each other's boxes, up and down the graph (\[CAME89\]'s S-bounds): a few
+//!   passes over the states. Besides the root's box it gives each state's *context*, the box outside of which the state
+//!   cannot matter to the root. That is not the box of the state.
+//! - [`ExactBoxes::solid`] and [`ExactBoxes::root_solid`] bound the solid itself, to a stated tolerance and with a certified
+//!   gap: branch and bound cuts space into cells, and shapes [classify](Shape::classify) them. Milliseconds for a state.
+//!
+//! ```
+//! # #[cfg(feature = "csg-graph")] fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # use csg_graph::{Expr, GraphBuilder, Operator, PrimitiveKind, TransformKind};
+//! use csg_graph_bounds::{Limits, Refinement, exact};
+//!
+//! // A cube without a ball about the middle of a face, which leaves the corners of the other side; and of that, what is
+//! // above z = -0.5.
+//! # let mut builder = GraphBuilder::new();
+//! # let cube = builder.primitive(PrimitiveKind::Cube, []);
+//! # let ball = builder.primitive(PrimitiveKind::Sphere, []);
+//! # let ball = builder.transform(TransformKind::UScale, [Expr::from(2.2)], ball);
+//! # let ball = builder.transform(TransformKind::Move, [1.0, 0.0, 0.0].map(Expr::from), ball);
+//! # let half_space = builder.primitive(PrimitiveKind::HalfSpace, []);
+//! # let plane = builder.transform(TransformKind::Move, [0.0, 0.0, -0.5].map(Expr::from), half_space);
+//! # let rest = builder.operator(Operator::Difference, cube, ball);
+//! # let root = builder.operator(Operator::Difference, rest, plane);
+//! # let graph = builder.finish(root)?;
+//! let boxes = exact(&graph, &Limits::default())?;
+//! let cut = boxes.s_bounds(&graph).root;
+//! let solid = boxes.root_solid(&Refinement::default()).aabb();
+//! assert!(solid.gap < 2.1e-3);
+//! assert_eq!([boxes.root, cut, solid.aabb].map(|bounds| (10.0 * bounds.volume()).round()), [80.0, 60.0, 9.0]);
+//! # Ok(())
+//! # }
+//! # #[cfg(not(feature = "csg-graph"))] fn main() {}
+//! ```
+//!
+//! **Recursion need not end.** A state that leads back to itself is bounded by [`exact`] if it is smaller there: a column
+//! whose next block is always another one has a top. Its solid is then the attractor of the maps on the way, with all shapes
+//! that the recursion leaves behind, and [`ExactBoxes::endless`] says by how much it shrinks. What does not shrink is an
+//! error that names the cycle. For the other two algorithms it is just another tree that is too deep.
+//!
+//! **Work is limited.** [`Limits`] bound steps, states and memory, and an error says which limit was met. Nothing recurses on the machine stack. Results depend on nothing but the scene and the limits.
 //!
 //! # Features
 //!
@@ -130,12 +168,16 @@
 //!
 //! Three scenes of other people: `meshes`, a plain tree of transformed meshes; `assembly`, an instancing dag of shared
 //! sub-assemblies; `procedure`, a recursive procedure with parameters. And `growth`, which prints the paper's Fig. 2.1 and
-//! the same for its Fig. 1.1a.
+//! the same for its Fig. 1.1a; and `tightness`, which compares all ways to bound ∩ and \\ with dense sampling.
 //!
 //! \[TRAX95\] C. Traxler, M. Gervautz, *Calculation of Tight Bounding Volumes for Cyclic CSG-Graphs*, Institute of
 //! Computer Graphics, Technical University of Vienna, 1995.
+//!
+//! \[CAME89\] S. Cameron, *Efficient Intersection Tests for Objects Defined Constructively*, International Journal of
+//! Robotics Research 8(1), 1989.
 
 mod aabb;
+mod boolean;
 mod chain;
 mod conventional;
 #[cfg(feature = "csg-graph")]
@@ -149,6 +191,7 @@ mod volume;
 mod walk;
 
 pub use aabb::Aabb;
+pub use boolean::{Cell, CellCounts, Refinement, SBounds, Side, SolidBox, SolidSearch};
 pub use chain::chain;
 pub use conventional::conventional;
 pub use exact::{Counts, Endless, ExactBoxes, StateBox, Support, exact, root_box};

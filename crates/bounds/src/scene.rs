@@ -8,7 +8,7 @@ use std::hash::Hash;
 
 use glam::{DAffine3, DVec3};
 
-use crate::{Aabb, PointSet};
+use crate::{Aabb, Cell, PointSet, Side};
 
 /// A scene graph, as seen by the algorithms of this crate.
 ///
@@ -112,6 +112,28 @@ pub trait Shape {
     /// from the origin, but may be larger: the support of anything that encloses the shape will do, if boxes need not
     /// be as small as they can be. Infinite where the shape has no end; −∞ if it is empty.
     fn support(&self, direction: DVec3) -> f64;
+
+    /// A box that encloses everything outside of the shape: all of space, unless the shape has no end on any side but
+    /// one. [`ExactBoxes::s_bounds`](crate::ExactBoxes::s_bounds) cuts what a half-space is subtracted from with it.
+    fn complement_bounds(&self) -> Aabb {
+        Aabb::ALL
+    }
+
+    /// Where a cell lies, for [`ExactBoxes::solid`](crate::ExactBoxes::solid).
+    ///
+    /// Whoever is not certain says [`Side::Mixed`], always for small cells about points of the surface; the more often
+    /// somebody is certain, the fewer cells a search takes. The cell's [slack](Cell::slack) is large enough to cover the
+    /// rounding of a straightforward answer: some operations on the coordinates of the cell and of
+    /// [`bounds`](Self::bounds).
+    ///
+    /// This default sees only what is outside, by means of the support. Without the inside, searches prove no lower
+    /// bounds, and subtracting the shape gains nothing.
+    fn classify(&self, cell: &Cell) -> Side
+    where
+        Self: Sized,
+    {
+        if cell.misses(self) { Side::Outside } else { Side::Mixed }
+    }
 }
 
 impl Map for DAffine3 {
@@ -138,6 +160,37 @@ impl Shape for Aabb {
 
     fn support(&self, direction: DVec3) -> f64 {
         Self::support(self, direction)
+    }
+
+    fn complement_bounds(&self) -> Self {
+        if self.is_empty() {
+            return Self::ALL;
+        }
+        // Beyond one face only; of two, the least box about both sides has no end either.
+        let below = [0, 1, 2].map(|axis| (axis, self.min[axis], false));
+        let above = [0, 1, 2].map(|axis| (axis, self.max[axis], true));
+        let mut faces = below.into_iter().chain(above).filter(|(_, face, _)| face.is_finite());
+        match (faces.next(), faces.next()) {
+            (None, _) => Self::EMPTY,
+            (Some((axis, face, above)), None) => {
+                let mut beyond = Self::ALL;
+                let end = if above { &mut beyond.min } else { &mut beyond.max };
+                end[axis] = face;
+                beyond
+            }
+            _ => Self::ALL,
+        }
+    }
+
+    fn classify(&self, cell: &Cell) -> Side {
+        let bounds = cell.bounds();
+        if self.intersect(bounds).is_empty() || cell.misses(self) {
+            Side::Outside
+        } else if self.encloses(bounds) {
+            Side::Inside
+        } else {
+            Side::Mixed
+        }
     }
 }
 

@@ -287,7 +287,7 @@ pub(crate) fn directions() -> impl Iterator<Item = DVec3> {
     })
 }
 
-fn inside(primitive: &Primitive, p: DVec3) -> bool {
+pub(crate) fn inside(primitive: &Primitive, p: DVec3) -> bool {
     let rho = p.truncate().length();
     match primitive {
         Primitive::Sphere => p.length() <= 1.0,
