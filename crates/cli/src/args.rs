@@ -8,7 +8,7 @@ use std::str::FromStr;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use csg_graph_trace::{MAX_PIXELS, MAX_SAMPLES, View};
 
-pub use bounds::{BoundsArgs, MethodArg, Sweep, VolumeArg};
+pub use bounds::{BooleansArg, BoundsArgs, MethodArg, Sweep, VolumeArg};
 
 /// Recursive solids, from a grammar file to a picture
 ///

@@ -15,6 +15,14 @@ use crate::load::load;
 
 pub(crate) use methods::{failure, hyper_boxes, refuse_more_than};
 
+/// The drawing that `bounds --plot` would write, as an SVG file.
+///
+/// # Errors
+/// If the scene has mistakes, which are reported, or asks for what cannot be done.
+pub fn drawing(args: &BoundsArgs) -> Result<String, Failure> {
+    growth::grow(args, &load(&args.scene)?).map(|(drawing, _)| drawing)
+}
+
 pub(crate) fn run(args: &BoundsArgs) -> Result<(), Failure> {
     let loaded = load(&args.scene)?;
     match &args.plot {

@@ -1,10 +1,10 @@
 //! The `pcsg` program as a library: its arguments, and a function that runs them.
 //!
 //! This is the only crate of the system that touches files and terminals. Each command is a module; [`run`] is all that
-//! a program around it needs, and [`render::picture`] serves those who want the picture and not the file.
+//! a program around it needs; [`render::picture`] and [`bounds::drawing`] serve those who want a picture and not the file.
 
 mod args;
-mod bounds;
+pub mod bounds;
 mod check;
 mod failure;
 mod fmt;
@@ -21,8 +21,8 @@ use std::process::ExitCode;
 use clap::CommandFactory;
 
 pub use args::{
-    BoundsArgs, BoxesArg, CheckArgs, Cli, Command, FmtArgs, Format, GraphArgs, GraphFormat, MethodArg,
-    RenderArgs, SceneArgs, Size, StepsArg, Sweep, ViewArg, VolumeArg,
+    BooleansArg, BoundsArgs, BoxesArg, CheckArgs, Cli, Command, FmtArgs, Format, GraphArgs, GraphFormat,
+    MethodArg, RenderArgs, SceneArgs, Size, StepsArg, Sweep, ViewArg, VolumeArg,
 };
 pub use failure::Failure;
 

@@ -151,6 +151,8 @@ fn wrong_usage_ends_with_2() {
         &["bounds", tower, "--volume", "obb", "--method", "chain"],
         &["bounds", tower, "--states", "--method", "conventional"],
         &["bounds", tower, "--tolerance", "1e-6", "--method", "chain"],
+        &["bounds", tower, "--booleans", "search", "--method", "chain"],
+        &["bounds", tower, "--booleans", "context", "--volume", "obb"],
         &["bounds", tower, "--tolerance", "-1"],
         &["bounds", tower, "--tolerance", "NaN"],
         &["bounds", tower, "--compare", "--volume", "obb"],
@@ -415,6 +417,35 @@ fn the_volume_of_a_node_encloses_those_of_its_states() {
             assert!((node - most).abs() < 1e-9, "{symbol}, plane {plane}: {node} instead of {most}");
         }
     }
+}
+
+#[test]
+fn booleans_are_bounded_by_algebra_context_or_search() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = "{} move(-0.5, 0, 0) sphere & move(0.5, 0, 0) sphere";
+    fs::write(folder.path().join("lens.pcsg"), scene).unwrap();
+    let report = |arguments: &[&str]| -> Value {
+        let arguments = [&["bounds", "lens.pcsg", "--format", "json", "--booleans"], arguments].concat();
+        let (code, out, err, _) = run_in(folder.path(), &arguments);
+        assert_eq!((code, err.as_str()), (0, ""));
+        serde_json::from_str(&out).unwrap()
+    };
+    let height = |report: &Value| report["root"]["max"][2].as_f64().unwrap();
+    assert!((height(&report(&["algebra", "--method", "exact"])) - 1.0).abs() < 1e-9);
+    let found = report(&["search", "--tolerance", "1e-6"]);
+    assert!((height(&found) - 0.75_f64.sqrt()).abs() < 2e-6, "{found}");
+    assert!(found["search"]["gap"].as_f64().unwrap() < 2e-6 && found["search"]["cells"].is_number());
+
+    // Of each sphere only what is in the other's box can matter.
+    let context = report(&["context"]);
+    let spheres: Vec<f64> = context["nodes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|node| node["kind"] == "T")
+        .flat_map(|node| [node["min"][0].as_f64().unwrap(), node["max"][0].as_f64().unwrap()])
+        .collect();
+    assert!(spheres.iter().all(|x| x.abs() < 0.5 + 1e-9), "{spheres:?}");
 }
 
 #[test]

@@ -19,22 +19,27 @@ pub struct BoundsArgs {
     /// The kind of volume; all but aabb are made by the exact method
     #[arg(long, value_enum, default_value_t)]
     pub volume: VolumeArg,
+    /// What becomes of ∩ and \; all but algebra is of the exact method
+    #[arg(long, value_enum, default_value_t)]
+    pub booleans: BooleansArg,
     /// How much larger than the least one an exact volume may be, relative to its extent; without it 1e-12
     ///
     /// The radius of a sphere is by so much larger than the least one, and without it by 0.01: a thousandth already takes
-    /// thousands of queries.
+    /// thousands of queries. For --booleans search it is the precision of the search, and without it 0.001.
     #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = tolerance)]
     pub tolerance: Option<f64>,
     /// List the volumes of all states of symbols, too; JSON always does where the method is exact
     #[arg(long)]
     pub states: bool,
     /// Run all methods and volumes, and compare what they cost with what they give
-    #[arg(long, conflicts_with_all = ["method", "volume", "states", "plot"])]
+    ///
+    /// --tolerance is then that of spheres and of the search.
+    #[arg(long, conflicts_with_all = ["method", "volume", "booleans", "states", "plot"])]
     pub compare: bool,
     /// Draw how the box of the whole grows with the recursion, and what that costs, by all methods
     ///
     /// Times are printed and not drawn: the same file gives the same picture.
-    #[arg(long, value_name = "FILE.svg", value_parser = svg_path, conflicts_with_all = ["method", "volume", "states"])]
+    #[arg(long, value_name = "FILE.svg", value_parser = svg_path, conflicts_with_all = ["method", "volume", "booleans", "tolerance", "states"])]
     pub plot: Option<PathBuf>,
     /// The parameter along the plot, and its first and last value
     ///
@@ -117,6 +122,29 @@ impl VolumeArg {
             Self::Slab18 => "slab18",
             Self::Slab26 => "slab26",
             Self::Obb => "obb",
+        }
+    }
+}
+
+/// How ∩ and \ are bounded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum BooleansArg {
+    /// By their operands: ∩ by what both boxes have in common, \ by the box of the left one
+    #[default]
+    Algebra,
+    /// By S-bounds: of each node not its own box but what of it can matter to the whole
+    Context,
+    /// By branch and bound: the whole to a tolerance; nodes and states as by algebra
+    Search,
+}
+
+impl BooleansArg {
+    /// The name on the command line.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Algebra => "algebra",
+            Self::Context => "context",
+            Self::Search => "search",
         }
     }
 }

@@ -2,15 +2,16 @@
 
 use std::time::Instant;
 
-use csg_graph::{Analysis, BigUint, Graph, NodeId};
+use csg_graph::{Analysis, BigUint, Graph, Node, NodeId, Operator};
 use csg_graph_bounds::{Aabb, ExactBoxes, Obb, Slabs, Sphere, exact};
 use serde::Serialize;
 
 use super::instances::Instances;
+use super::list::refinement;
 use super::methods::{boxes_to_compute, failure};
 use super::sweep::{Run, ratio};
 use super::volume::Shown;
-use crate::args::{BoundsArgs, Format, MethodArg, VolumeArg};
+use crate::args::{BooleansArg, BoundsArgs, Format, MethodArg, VolumeArg};
 use crate::load::Loaded;
 use crate::progress::Spinner;
 use crate::text::{json, push_table, seconds, short};
@@ -54,9 +55,8 @@ pub(super) fn run(args: &BoundsArgs, loaded: &Loaded) -> Result<(), Failure> {
     let analysis = loaded.analyse_unless_endless()?;
     let _spinner = Spinner::new("comparing");
     let start = Instant::now();
-    let limits = loaded.bounds_limits();
-    let limits = args.tolerance.map_or(limits, |tolerance| limits.with_gap(tolerance));
-    let boxes = exact(&loaded.scene.graph, &limits).map_err(|error| failure(loaded, error))?;
+    let boxes =
+        exact(&loaded.scene.graph, &loaded.bounds_limits()).map_err(|error| failure(loaded, error))?;
     let exact = Exact { boxes, seconds: start.elapsed().as_secs_f64() };
 
     let mut rows = Vec::new();
@@ -70,6 +70,7 @@ pub(super) fn run(args: &BoundsArgs, loaded: &Loaded) -> Result<(), Failure> {
     rows.push(row_of_volume::<Slabs<13>>(VolumeArg::Slab26, graph, args.tolerance, &exact));
     rows.push(row_of_volume::<Sphere>(VolumeArg::Sphere, graph, args.tolerance, &exact));
     rows.push(row_of_volume::<Obb>(VolumeArg::Obb, graph, args.tolerance, &exact));
+    rows.extend(rows_of_booleans(graph, args.tolerance, &exact));
     print(match args.format {
         Format::Table => table(&rows),
         Format::Json => json(&Report { scene: loaded.name.clone(), rows }),
@@ -124,6 +125,29 @@ fn row_of_volume<V: Shown>(kind: VolumeArg, graph: &Graph, tolerance: Option<f64
         not_run: None,
     };
     row.compared(&root, nodes.as_deref(), exact)
+}
+
+/// The whole by S-bounds and by search, where there is an ∩ or a \ that could make a difference.
+fn rows_of_booleans(graph: &Graph, tolerance: Option<f64>, exact: &Exact) -> Vec<Row> {
+    let differs = |node: &Node| matches!(node, Node::Operator(node) if node.operator != Operator::Union);
+    if !graph.nodes().any(|(_, node)| differs(node)) {
+        return Vec::new();
+    }
+    let of_root = |booleans: BooleansArg, aabb: Aabb, start: Instant| {
+        let seconds = Some(exact.seconds + start.elapsed().as_secs_f64());
+        Row {
+            method: booleans.name(),
+            boxes: None,
+            seconds,
+            ..row_of_volume::<Aabb>(VolumeArg::Aabb, graph, None, exact)
+        }
+        .compared(&aabb, None, exact)
+    };
+    let start = Instant::now();
+    let context = of_root(BooleansArg::Context, exact.boxes.s_bounds(graph).root, start);
+    let start = Instant::now();
+    let solid = exact.boxes.root_solid(&refinement(tolerance)).aabb().aabb;
+    vec![context, of_root(BooleansArg::Search, solid, start)]
 }
 
 impl Row {

@@ -4,14 +4,16 @@ use std::fmt::Write;
 use std::time::Instant;
 
 use csg_graph::{Graph, Node, NodeId, State};
-use csg_graph_bounds::{Aabb, Endless, ExactBoxes, HyperBoxes, Obb, Slabs, Sphere, exact};
+use csg_graph_bounds::{
+    Aabb, CellCounts, Endless, ExactBoxes, HyperBoxes, Obb, Refinement, Slabs, SolidBox, Sphere, exact,
+};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::instances::Instances;
 use super::methods::{failure, hyper_boxes};
 use super::volume::{Entry, Shown, line};
-use crate::args::{BoundsArgs, Format, MethodArg, VolumeArg};
+use crate::args::{BooleansArg, BoundsArgs, Format, MethodArg, VolumeArg};
 use crate::load::Loaded;
 use crate::progress::Spinner;
 use crate::text::{json, push_table};
@@ -24,6 +26,8 @@ struct Found<V> {
     /// Those of symbols, if they were asked for.
     states: Option<Vec<(State, V)>>,
     exact: Option<ExactFacts>,
+    /// Of a search: the gap of the root, and what it took.
+    search: Option<(f64, CellCounts)>,
     seconds: f64,
 }
 
@@ -40,13 +44,25 @@ struct Report {
     scene: String,
     method: &'static str,
     volume: &'static str,
+    booleans: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     directions: Option<Vec<[f64; 3]>>,
     root: Entry,
     nodes: Vec<NodeEntry>,
     #[serde(flatten)]
     exact: Option<ExactReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    search: Option<SearchReport>,
     seconds: f64,
+}
+
+/// What branch and bound of the root came to, and what it took.
+#[derive(Serialize)]
+struct SearchReport {
+    gap: f64,
+    cells: u64,
+    points: u64,
+    opened: u64,
 }
 
 #[derive(Serialize)]
@@ -90,6 +106,11 @@ pub(super) fn run(args: &BoundsArgs, loaded: &Loaded) -> Result<(), Failure> {
     });
     if method == MethodArg::Exact {
         return match args.volume {
+            VolumeArg::Aabb if args.booleans == BooleansArg::Context => run_context(args, loaded),
+            _ if args.booleans == BooleansArg::Context => Err(Failure::Usage(format!(
+                "S-bounds are axis-aligned boxes; leave out --volume {} or --booleans context",
+                args.volume.name()
+            ))),
             VolumeArg::Aabb => run_exact::<Aabb>(args, loaded),
             VolumeArg::Sphere => run_exact::<Sphere>(args, loaded),
             VolumeArg::Slab6 => run_exact::<Slabs<3>>(args, loaded),
@@ -115,13 +136,15 @@ pub(super) fn run(args: &BoundsArgs, loaded: &Loaded) -> Result<(), Failure> {
     let start = Instant::now();
     let HyperBoxes { root, nodes, .. } = hyper_boxes(method, loaded, &analysis, args.limit.once())?;
     let seconds = start.elapsed().as_secs_f64();
-    show(args, loaded, method, &Found { root, nodes, states: None, exact: None, seconds })
+    show(args, loaded, method, &Found { root, nodes, states: None, exact: None, search: None, seconds })
 }
 
 /// An argument that the other methods have no use for.
 fn only_exact(args: &BoundsArgs) -> Option<String> {
     if args.volume != VolumeArg::Aabb {
         Some(format!("--volume {}", args.volume.name()))
+    } else if args.booleans != BooleansArg::Algebra {
+        Some(format!("--booleans {}", args.booleans.name()))
     } else if args.states {
         Some("--states".to_owned())
     } else {
@@ -131,15 +154,51 @@ fn only_exact(args: &BoundsArgs) -> Option<String> {
 
 fn run_exact<V: Shown>(args: &BoundsArgs, loaded: &Loaded) -> Result<(), Failure> {
     let graph = &loaded.scene.graph;
-    let _spinner = Spinner::new("bounding");
+    let spinner = Spinner::new("bounding");
     let start = Instant::now();
-    let limits = loaded.bounds_limits();
-    let limits = args.tolerance.map_or(limits, |tolerance| limits.with_gap(tolerance));
-    let exact = exact(graph, &limits).map_err(|error| failure(loaded, error))?;
+    let exact = exact_boxes(args, loaded)?;
     let with_states = args.states || args.format == Format::Json;
-    let found = Found::<V>::about(graph, &exact, args.tolerance, with_states);
+    let of_volumes = args.tolerance.filter(|_| args.booleans == BooleansArg::Algebra);
+    let mut found = Found::<V>::about(graph, &exact, of_volumes, with_states);
+    if args.booleans == BooleansArg::Search {
+        let mut search = exact.root_solid(&refinement(args.tolerance));
+        let SolidBox { aabb, gap, .. } = search.aabb();
+        found.root = V::about(aabb, None, |direction| search.support(direction).upper);
+        found.search = Some((gap, search.counts()));
+    }
+    found.seconds = start.elapsed().as_secs_f64();
+    drop(spinner);
+    show(args, loaded, MethodArg::Exact, &found)
+}
+
+/// S-bounds in place of the boxes.
+fn run_context(args: &BoundsArgs, loaded: &Loaded) -> Result<(), Failure> {
+    let graph = &loaded.scene.graph;
+    let start = Instant::now();
+    let exact = exact_boxes(args, loaded)?;
+    let with_states = args.states || args.format == Format::Json;
+    let mut found = Found::<Aabb>::about(graph, &exact, None, with_states);
+    let contexts = exact.s_bounds(graph);
+    for (state, aabb) in found.states.iter_mut().flatten() {
+        *aabb = contexts.context_of(state).unwrap_or(Aabb::EMPTY);
+    }
     let seconds = start.elapsed().as_secs_f64();
-    show(args, loaded, MethodArg::Exact, &Found { seconds, ..found })
+    let found = Found { root: contexts.root, nodes: contexts.contexts.clone(), seconds, ..found };
+    show(args, loaded, MethodArg::Exact, &found)
+}
+
+/// The exact boxes, to the tolerance unless that is for something else.
+fn exact_boxes(args: &BoundsArgs, loaded: &Loaded) -> Result<ExactBoxes<Graph>, Failure> {
+    let limits = loaded.bounds_limits();
+    let is_for_boxes = args.volume != VolumeArg::Sphere && args.booleans != BooleansArg::Search;
+    let gap = args.tolerance.filter(|_| is_for_boxes).unwrap_or(limits.gap);
+    exact(&loaded.scene.graph, &limits.with_gap(gap)).map_err(|error| failure(loaded, error))
+}
+
+/// How far a search goes.
+pub(super) fn refinement(tolerance: Option<f64>) -> Refinement {
+    let usual = Refinement::default();
+    tolerance.map_or(usual, |tolerance| usual.with_tolerance(tolerance))
 }
 
 impl<V: Shown> Found<V> {
@@ -161,6 +220,7 @@ impl<V: Shown> Found<V> {
             nodes: graph.nodes().map(of_node).collect(),
             states: with_states.then(states),
             exact: Some(facts),
+            search: None,
             seconds: 0.0,
         }
     }
@@ -173,7 +233,7 @@ fn show<V: Shown>(
     found: &Found<V>,
 ) -> Result<(), Failure> {
     print(match args.format {
-        Format::Table => table(&loaded.scene.graph, method, found),
+        Format::Table => table(args, &loaded.scene.graph, method, found),
         Format::Json => json(&report(args, loaded, method, found)),
     })
 }
@@ -207,17 +267,26 @@ fn report<V: Shown>(args: &BoundsArgs, loaded: &Loaded, method: MethodArg, found
         scene: loaded.name.clone(),
         method: method.name(),
         volume: args.volume.name(),
+        booleans: args.booleans.name(),
         directions: (!V::DIRECTIONS.is_empty()).then(|| directions.collect()),
         root: Entry::new(&found.root),
         nodes: nodes.collect(),
         exact,
+        search: found.search.map(|(gap, CellCounts { cells, points, opened, .. })| SearchReport {
+            gap,
+            cells,
+            points,
+            opened,
+        }),
         seconds: found.seconds,
     }
 }
 
-fn table<V: Shown>(graph: &Graph, method: MethodArg, found: &Found<V>) -> String {
+fn table<V: Shown>(args: &BoundsArgs, graph: &Graph, method: MethodArg, found: &Found<V>) -> String {
+    let is_context = args.booleans == BooleansArg::Context;
+    let kind = if is_context { "S-bounds".to_owned() } else { V::kind() };
     let Found { root, seconds, .. } = found;
-    let mut text = format!("{} {} in {seconds:.3} s; the whole: {}\n", method.name(), V::kind(), line(root));
+    let mut text = format!("{} {} in {seconds:.3} s; the whole: {}\n", method.name(), kind, line(root));
     let _ = writeln!(text, "volume {:.6}, surface area {:.6}", root.volume(), root.surface_area());
     if let Some(ExactFacts { gap, counts, .. }) = &found.exact {
         let (states, queries, expansions) = (counts.states, counts.queries, counts.expansions);
@@ -232,7 +301,9 @@ fn table<V: Shown>(graph: &Graph, method: MethodArg, found: &Found<V>) -> String
             "endless: {states} states lead back to themselves, and shrink to at most {contraction:.6} each time round"
         );
     }
-    let kind = V::kind();
+    if let Some((gap, CellCounts { cells, points, .. })) = found.search {
+        let _ = writeln!(text, "the whole by search: {cells} cells, {points} points; its gap is {gap:.1e}");
+    }
     let size = |volume: &V| [volume.volume(), volume.surface_area()].map(|size| format!("{size:.6}"));
     let node = |((id, node), found): ((NodeId, &Node), &V)| {
         let [volume, area] = size(found);
