@@ -1,5 +1,6 @@
 //! The chores of this repository, for the program and for the tests.
 
+pub mod figures;
 pub mod golden;
 pub mod prove;
 

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use csg_graph_cli::Command;
-use xtask::{golden, prove, repository};
+use xtask::{figures, golden, prove, repository};
 
 /// The commands of pcsg without an installation, and the chores of this repository
 #[derive(Debug, Parser)]
@@ -26,6 +26,12 @@ enum Chore {
         #[arg(long, value_name = "NAME")]
         bless: Vec<String>,
     },
+    /// Draw the figures of the documents, docs/figures, again
+    Figures {
+        /// Draw nothing; fail if that would change one
+        #[arg(long)]
+        check: bool,
+    },
     /// Sample surface points of random graphs, and show that no bounding volume cuts one off
     Prove(prove::Options),
 }
@@ -34,6 +40,7 @@ fn main() -> ExitCode {
     match Xtask::parse().command {
         Chore::Pcsg(command) => csg_graph_cli::run(command),
         Chore::Golden { bless } => golden_images(&bless),
+        Chore::Figures { check } => figures::run(&repository(), check),
         Chore::Prove(options) => prove::run(&options),
     }
 }

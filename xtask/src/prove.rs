@@ -31,7 +31,16 @@ pub fn run(options: &Options) -> ExitCode {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(cargo);
     command.current_dir(repository());
-    command.args(["run", "--quiet", "--release", "--package", "csg-graph-bounds", "--example", "prove", "--"]);
+    command.args([
+        "run",
+        "--quiet",
+        "--release",
+        "--package",
+        "csg-graph-bounds",
+        "--example",
+        "prove",
+        "--",
+    ]);
     command.args(["--points", points, "--seed", seed]);
     for (name, value) in [("--threads", threads), ("--graph", graph)] {
         command.args(value.iter().flat_map(|value| [name, value]));
