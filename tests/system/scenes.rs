@@ -1,18 +1,20 @@
-//! The corpus: every scene is right, in the standard layout, and agrees with its unfolded tree.
+//! The corpus: every scene is right, in the standard layout, and agrees with its unfolded tree, unless it never ends.
 
 use std::path::PathBuf;
 
-use csg_graph::Limits;
-use csg_graph_bounds::chain;
+use csg_graph::{Limits, StatesError};
+use csg_graph_bounds::{Aabb, chain, exact};
 use csg_graph_tests::repository;
 use csg_graph_trace::{Camera, Ray, Walk, brute};
 
 use crate::scene;
 
-fn corpus() -> Vec<(String, PathBuf)> {
-    let mut scenes: Vec<_> = std::fs::read_dir(repository().join("scenes"))
+/// The scenes of a folder that end, or of one that do not.
+fn corpus(folder: &str) -> Vec<(String, PathBuf)> {
+    let mut scenes: Vec<_> = std::fs::read_dir(repository().join(folder))
         .expect("the repository has scenes")
         .map(|entry| entry.expect("the folder can be read").path())
+        .filter(|path| path.is_file())
         .map(|path| (path.file_stem().unwrap_or_default().to_string_lossy().into_owned(), path))
         .collect();
     scenes.sort();
@@ -21,14 +23,20 @@ fn corpus() -> Vec<(String, PathBuf)> {
 
 #[test]
 fn every_scene_is_sound_and_in_the_standard_layout() {
-    for (name, path) in corpus() {
-        let source = std::fs::read_to_string(&path).unwrap();
-        let lowered =
-            csg_graph_grammar::load(&source, &[]).unwrap_or_else(|mistakes| panic!("{name}: {mistakes:?}"));
-        assert!(lowered.warnings.is_empty(), "{name}: {:?}", lowered.warnings);
-        assert!(lowered.scene.graph.analyse(&Limits::default()).is_ok(), "{name}");
-        let printed = csg_graph_grammar::print(&csg_graph_grammar::parse(&source).tree);
-        assert_eq!(printed, source, "{name}: run `cargo xtask fmt --write scenes/{name}.pcsg`");
+    for folder in ["scenes", "scenes/endless"] {
+        for (name, path) in corpus(folder) {
+            let source = std::fs::read_to_string(&path).unwrap();
+            let lowered = csg_graph_grammar::load(&source, &[])
+                .unwrap_or_else(|mistakes| panic!("{name}: {mistakes:?}"));
+            assert!(lowered.warnings.is_empty(), "{name}: {:?}", lowered.warnings);
+            match lowered.scene.graph.analyse(&Limits::default()) {
+                Ok(_) => assert_eq!(folder, "scenes", "{name}"),
+                Err(StatesError::Endless { .. }) => assert_eq!(folder, "scenes/endless", "{name}"),
+                Err(error) => panic!("{name}: {error}"),
+            }
+            let printed = csg_graph_grammar::print(&csg_graph_grammar::parse(&source).tree);
+            assert_eq!(printed, source, "{name}: run `cargo xtask fmt --write {folder}/{name}.pcsg`");
+        }
     }
 }
 
@@ -40,7 +48,7 @@ fn every_scene_has_the_hits_of_its_unfolded_tree() {
         "cheese" => vec!["n = 2".to_owned()],
         _ => vec![],
     };
-    for (name, _) in corpus() {
+    for (name, _) in corpus("scenes") {
         let scene = scene(&name, &smaller(&name));
         let tree = scene.graph.unfold(100_000).unwrap();
         let boxes = chain(&scene.graph, &csg_graph_bounds::Limits::default()).unwrap();
@@ -68,5 +76,30 @@ fn every_scene_has_the_hits_of_its_unfolded_tree() {
             }
         }
         assert!(rays > 400 && hits > 20, "{name}: {hits} hits of {rays} rays");
+    }
+}
+
+/// Endless recursion has the box of what it would be if it went on for long enough.
+#[test]
+fn every_endless_scene_has_the_box_of_its_attractor() {
+    let known = |name: &str| match name {
+        "sierpinski" | "menger" => Some(([-1.0; 3], [1.0; 3])),
+        "dragon" => Some(([-1.0 / 3.0, -1.0 / 3.0, 0.0], [7.0 / 6.0, 2.0 / 3.0, 0.0])),
+        "fern" => None,
+        _ => panic!("{name} has no known box"),
+    };
+    let scenes = corpus("scenes/endless");
+    assert_eq!(scenes.len(), 4);
+    for (name, _) in scenes {
+        let graph = scene(&format!("endless/{name}"), &[]).graph;
+        let found = exact(&graph, &csg_graph_bounds::Limits::default()).unwrap();
+        assert!(found.endless.unwrap().contraction < 0.86, "{name}: {:?}", found.endless);
+        assert!(found.gap < 1e-10, "{name}: {}", found.gap);
+        if let Some((min, max)) = known(&name) {
+            let known = Aabb::new(min.into(), max.into());
+            assert!(found.root.encloses(known), "{name}: {:?}", found.root);
+            let off = (found.root.min - known.min).abs().max((found.root.max - known.max).abs());
+            assert!(off.max_element() < 1e-11, "{name}: {:?}", found.root);
+        }
     }
 }

@@ -1,4 +1,5 @@
-//! What boxes cost: the three algorithms side by side, and the exact one on scenes of a million states.
+//! What boxes cost: the three algorithms side by side, and the exact one on scenes of a million states, and on
+//! recursion that never ends.
 //!
 //! ```text
 //! cargo bench -p csg-graph-bounds
@@ -178,5 +179,90 @@ fn states(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, algorithms, states);
+/// Copies of itself, and nothing else.
+struct Attractor {
+    maps: Vec<DAffine3>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Copies {
+    All,
+    One(usize),
+}
+
+impl Scene for Attractor {
+    type State = Copies;
+    type Map = DAffine3;
+    type Shape = Aabb;
+    type Error = Infallible;
+
+    fn root(&self) -> Copies {
+        Copies::All
+    }
+
+    fn step(&self, copies: &Copies) -> Result<Step<Self>, Infallible> {
+        Ok(match *copies {
+            Copies::All => Step::Union((0..self.maps.len()).map(Copies::One).collect()),
+            Copies::One(copy) => Step::Map(self.maps[copy], Copies::All),
+        })
+    }
+
+    fn node(&self, _: &Copies) -> usize {
+        0
+    }
+
+    fn node_count(&self) -> usize {
+        1
+    }
+}
+
+/// Recursion that never ends.
+fn attractors(c: &mut Criterion) {
+    let limits = Limits::default();
+    let mut group = c.benchmark_group("attractors");
+    let similar = |factor: f64, at: [f64; 3]| {
+        DAffine3::from_translation(at.into()) * DAffine3::from_scale(DVec3::splat(factor))
+    };
+    let flat = |[xx, xz, zx, zz]: [f64; 4], y: f64, z: f64| {
+        DAffine3::from_cols(
+            DVec3::new(xx, 0.0, zx),
+            DVec3::new(0.0, y, 0.0),
+            DVec3::new(xz, 0.0, zz),
+            DVec3::new(0.0, 0.0, z),
+        )
+    };
+    let corners = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
+    let cells = (0..27).map(|cell| [cell % 3, cell / 3 % 3, cell / 9].map(|at| f64::from(at - 1)));
+    let kept = cells.filter(|cell| cell.iter().filter(|at| at.abs() < 0.5).count() < 2);
+    for (name, maps) in [
+        ("sierpinski", corners.map(|corner| similar(0.5, corner.map(|x| 0.5 * x))).to_vec()),
+        ("menger", kept.map(|cell| similar(1.0 / 3.0, cell.map(|x| x * 2.0 / 3.0))).collect()),
+        (
+            "dragon",
+            [(0.25, 0.0), (0.75, 1.0)]
+                .map(|(angle, x)| {
+                    let turn = DAffine3::from_rotation_z(angle * std::f64::consts::PI);
+                    similar(0.5_f64.sqrt(), [x, 0.0, 0.0]) * turn
+                })
+                .to_vec(),
+        ),
+        (
+            "fern",
+            vec![
+                flat([0.02, 0.0, 0.0, 0.16], 0.02, 0.0),
+                flat([0.85, 0.04, -0.04, 0.85], 0.85, 1.6),
+                flat([0.20, -0.26, 0.23, 0.22], 0.3, 1.6),
+                flat([-0.15, 0.28, 0.26, 0.24], 0.3, 0.44),
+            ],
+        ),
+    ] {
+        let attractor = Attractor { maps };
+        group.bench_function(name, |b| {
+            b.iter(|| exact(black_box(&attractor), &limits).map(|found| found.root));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, algorithms, states, attractors);
 criterion_main!(benches);

@@ -157,7 +157,8 @@
 //! that the recursion leaves behind, and [`ExactBoxes::endless`] says by how much it shrinks. What does not shrink is an
 //! error that names the cycle. For the other two algorithms it is just another tree that is too deep.
 //!
-//! **Work is limited.** [`Limits`] bound steps, states and memory, and an error says which limit was met. Nothing recurses on the machine stack. Results depend on nothing but the scene and the limits.
+//! **Work is limited.** [`Limits`] bound steps, states and memory, and an error says which limit was met. Nothing
+//! recurses on the machine stack. Results depend on nothing but the scene and the limits.
 //!
 //! # Features
 //!

@@ -116,7 +116,6 @@ fn known_extents() {
         ),
     ] {
         let found = boxes(&ifs);
-        println!("{name}: {:?} {} {:?} {:?}", found.root, found.gap, found.counts, found.endless);
         assert!(found.root.encloses(known), "{name}: {:?}", found.root);
         assert!(off(found.root, known) < 1e-11, "{name}: {:?}", found.root);
         assert!(found.gap < 1e-11, "{name}: {}", found.gap);
@@ -125,7 +124,151 @@ fn known_extents() {
     }
 }
 
-/// Ratios of what shrinks in the norms of the frames, though not in the Euclidean one.
+fn nodes(symbols: Vec<Vec<(DAffine3, usize)>>) -> Ifs {
+    let shapes = vec![None; symbols.len()];
+    Ifs { symbols, shapes }
+}
+
+/// Not shrinking once, but in the long run: what the Euclidean norm of single maps cannot see.
+#[test]
+fn maps_that_shrink_in_the_long_run() {
+    let shear = DAffine3::from_cols(DVec3::X, DVec3::new(50.0, 1.0, 0.0), DVec3::Z, DVec3::ZERO);
+    let half = DAffine3::from_translation(DVec3::ONE) * DAffine3::from_scale(DVec3::splat(0.5)) * shear;
+    let found = boxes(&Ifs::pure([half]));
+    // One point, where half of it is it.
+    let point = (DMat3::IDENTITY - half.matrix3).inverse() * DVec3::ONE;
+    assert!(off(found.root, Aabb::new(point, point)) < 1e-6, "{:?} {point}", found.root);
+    assert!(found.endless.unwrap().contraction < 1.0);
+
+    // There by a hundred, and back by a thousandth.
+    let found = boxes(&nodes(vec![vec![(similar(100.0, [1.0; 3]), 1)], vec![(similar(1e-3, [0.0; 3]), 0)]]));
+    assert!(off(found.root, Aabb::new(DVec3::splat(1.0 / 0.9), DVec3::splat(1.0 / 0.9))) < 1e-9);
+    assert!((found.endless.unwrap().contraction - 0.1).abs() < 1e-6, "{:?}", found.endless);
+
+    // Wider by a step, higher by another, each of them shrinking only what the other enlarges.
+    let wide = DAffine3::from_scale(DVec3::new(1.5, 0.2, 0.5));
+    let high = DAffine3::from_scale(DVec3::new(0.2, 1.5, 0.5));
+    let found = boxes(&nodes(vec![vec![(wide, 1)], vec![(high, 0)]]));
+    assert!(off(found.root, Aabb::new(DVec3::ZERO, DVec3::ZERO)) < 1e-9);
+}
+
+#[test]
+fn what_does_not_shrink_is_an_error() {
+    let round_of = |ifs: &Ifs| match error_of(ifs) {
+        BoundsError::Endless { cycle, round } => (cycle, round),
+        other => panic!("{other}"),
+    };
+    let place = |places: &[Place]| places.iter().map(|place| format!("{place:?}")).collect::<Vec<_>>();
+    // The second image grows, and is named.
+    let (cycle, round) = round_of(&Ifs::pure([similar(0.5, [0.0; 3]), similar(1.2, [0.0; 3])]));
+    assert_eq!(cycle, place(&[Place::Symbol(0), Place::Image(0, 1)]));
+    assert!(matches!(round, Round::Grows(factor) if (factor - 1.2).abs() < 1e-6), "{round:?}");
+    // Of two cycles through two symbols, the one that grows.
+    let (cycle, round) = round_of(&nodes(vec![
+        vec![(similar(0.1, [0.0; 3]), 1), (similar(0.9, [0.0; 3]), 0)],
+        vec![(similar(11.0, [0.0; 3]), 0)],
+    ]));
+    assert_eq!(cycle, place(&[Place::Symbol(0), Place::Image(0, 0), Place::Symbol(1), Place::Image(1, 0)]));
+    assert!(matches!(round, Round::Grows(factor) if (factor - 1.1).abs() < 1e-6), "{round:?}");
+
+    let turn = DAffine3::from_rotation_y(0.3);
+    assert_eq!(round_of(&Ifs::pure([turn])).1, Round::Turns);
+    let shear = DAffine3::from_cols(DVec3::X, DVec3::new(3.0, 1.0, 0.0), DVec3::Z, DVec3::ZERO);
+    assert_eq!(round_of(&Ifs::pure([shear])).1, Round::Turns);
+    assert_eq!(round_of(&Ifs::pure([DAffine3::from_translation(DVec3::X)])).1, Round::Turns);
+    assert_eq!(round_of(&Ifs::pure([DAffine3::IDENTITY])).1, Round::Unchanged);
+    let error = error_of(&Ifs::pure([turn])).to_string();
+    assert_eq!(
+        error,
+        "the recursion never ends: Symbol(0) → Image(0, 0) leads back to itself and does not shrink on the way"
+    );
+    let broken = DAffine3::from_scale(DVec3::new(f64::NAN, 0.5, 0.5));
+    assert!(exact(&Ifs::pure([broken]), &Limits::default()).is_err());
+}
+
+/// Solids that are parts of themselves through other operators than unions.
+#[derive(Clone, Copy, Debug)]
+enum Cut {
+    /// A cube, and twice itself within a cube.
+    GrowsInACube,
+    /// Half of itself within a cube that has none of it.
+    NothingIsLeft,
+    /// A cube without half of itself.
+    Eaten,
+    /// Half of itself without a cube, and the cube.
+    ShrinksAndIsEaten,
+    /// Itself, and a cube.
+    Itself,
+}
+
+impl Scene for Cut {
+    type State = u8;
+    type Map = DAffine3;
+    type Shape = Aabb;
+    type Error = Infallible;
+
+    fn root(&self) -> u8 {
+        0
+    }
+
+    fn step(&self, state: &u8) -> Result<Step<Self>, Infallible> {
+        let cube = Aabb::new(DVec3::NEG_ONE, DVec3::ONE);
+        Ok(match (self, state) {
+            (_, 9) => Step::Shape(cube),
+            (Self::GrowsInACube, 0) => Step::Intersection([1, 9]),
+            (Self::GrowsInACube, 1) => Step::Map(similar(2.0, [0.3; 3]), 0),
+            (Self::NothingIsLeft, 0) => Step::Union(vec![1]),
+            (Self::NothingIsLeft, 1) => Step::Intersection([2, 9]),
+            (Self::NothingIsLeft, 2) => Step::Map(similar(0.5, [5.0; 3]), 0),
+            (Self::Eaten, 0) => Step::Difference([9, 1]),
+            (Self::Eaten | Self::ShrinksAndIsEaten, 1) => Step::Map(similar(0.5, [1.0; 3]), 0),
+            (Self::ShrinksAndIsEaten, 0) => Step::Union(vec![2, 9]),
+            (Self::ShrinksAndIsEaten, 2) => Step::Difference([1, 9]),
+            (Self::Itself, _) => Step::Union(vec![0, 9]),
+            _ => unreachable!("{self:?} has no state {state}"),
+        })
+    }
+
+    fn node(&self, _: &u8) -> usize {
+        0
+    }
+
+    fn node_count(&self) -> usize {
+        1
+    }
+}
+
+#[test]
+fn intersections_and_differences_in_cycles() {
+    let cube = Aabb::new(DVec3::NEG_ONE, DVec3::ONE);
+    let found = boxes(&Cut::GrowsInACube);
+    assert!(off(found.root, cube) < 1e-12, "{:?}", found.root);
+    let found = boxes(&Cut::NothingIsLeft);
+    assert_eq!((found.root, found.gap), (Aabb::EMPTY, 0.0));
+    let found = boxes(&Cut::Eaten);
+    assert_eq!(found.root, cube);
+    assert_eq!(found.endless, None);
+    // The furthest copies are about the fixed point.
+    let found = boxes(&Cut::ShrinksAndIsEaten);
+    assert!(off(found.root, Aabb::new(DVec3::NEG_ONE, DVec3::splat(2.0))) < 1e-11, "{:?}", found.root);
+    let error = exact(&Cut::Itself, &Limits::default()).map(|_| ()).unwrap_err();
+    assert!(matches!(error, BoundsError::Endless { round: Round::Unchanged, .. }), "{error}");
+}
+
+#[test]
+fn work_on_attractors_is_limited_and_the_gap_certified() {
+    let full = boxes(&dragon());
+    for expansions in [0, 1, 10] {
+        let found = exact(&dragon(), &Limits::default().with_expansions(expansions)).unwrap();
+        assert!(found.root.encloses(full.root), "{:?}", found.root);
+        assert!(off(found.root, full.root) <= found.gap + 1e-11, "{:?} {}", found.root, found.gap);
+    }
+    let loose = exact(&dragon(), &Limits::default().with_gap(1e-3)).unwrap();
+    assert!(loose.root.encloses(full.root) && off(loose.root, full.root) <= loose.gap + 1e-11);
+    assert!(loose.gap < 1e-2 && loose.counts.expansions < full.counts.expansions);
+}
+
+/// Images that shrink in norms of the frames, though perhaps not in the Euclidean one.
 #[derive(Clone, Debug)]
 struct Recipe {
     ifs: Ifs,
@@ -192,7 +335,7 @@ impl Recipe {
             }
             lower = lower.max(offset - reach(symbol, d));
             expanded += 1;
-            if reach(symbol, d) < 1e-7 || expanded > 20_000 {
+            if reach(symbol, d) < 1e-7 || expanded > 2_000 {
                 closed = closed.max(upper);
                 continue;
             }
@@ -228,7 +371,7 @@ impl Recipe {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 100, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn boxes_are_those_of_random_attractors(recipe in contractions(), seed in 0_u64..1 << 40) {

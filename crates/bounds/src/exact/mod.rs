@@ -19,6 +19,14 @@
 //! - [`query`]: the support of a solid.
 //! - [`bottom_up`]: all boxes.
 //!
+//! A state that leads back to itself has no leaves to start from. Where the recursion shrinks, it has a bounded solid all
+//! the same, the *attractor* [HUTC81], and its box comes from the other side, from boxes that are too large:
+//!
+//! - [`components`]: which states lead back to themselves.
+//! - [`norm`]: lengths by which maps shrink that only do so in the long run.
+//! - [`contraction`]: the certificate that the recursion shrinks, and the first boxes.
+//! - [`attractor`]: better boxes, by queries that go round the cycle.
+//!
 //! ## What is exact
 //!
 //! The faces of the box of a state under which there are only unions are the supports of the solid, to within the
@@ -49,13 +57,68 @@ pub(crate) use states::{States, Term};
 /// [`gap`](StateBox::gap) and for rounding: some 10⁻¹⁴ of the largest coordinates below it, and as much more as the maps
 /// lose by cancellation. An intersection gets the intersection of the boxes, a difference the box of its left operand.
 ///
+/// A recursion that never ends has a box if it shrinks: that of its attractor, the largest bounded solid that is what the
+/// recursion makes of it. Such a recursion needs no shape at all:
+///
+/// ```
+/// use std::convert::Infallible;
+///
+/// use csg_graph_bounds::{Aabb, Limits, Scene, Step, exact};
+/// use glam::{DAffine3, DVec3};
+///
+/// /// Cantor's dust: two copies of itself at a third of its size, at both ends.
+/// struct Dust;
+///
+/// #[derive(Clone, PartialEq, Eq, Hash)]
+/// enum State {
+///     Dust,
+///     Copy { right: bool },
+/// }
+///
+/// impl Scene for Dust {
+///     type State = State;
+///     type Map = DAffine3;
+///     type Shape = Aabb;
+///     type Error = Infallible;
+///
+///     fn root(&self) -> State {
+///         State::Dust
+///     }
+///
+///     fn step(&self, state: &State) -> Result<Step<Self>, Infallible> {
+///         Ok(match *state {
+///             State::Dust => Step::Union(vec![State::Copy { right: false }, State::Copy { right: true }]),
+///             State::Copy { right } => {
+///                 let end = DVec3::X * if right { 2.0 / 3.0 } else { 0.0 };
+///                 Step::Map(DAffine3::from_translation(end) * DAffine3::from_scale(DVec3::ONE / 3.0), State::Dust)
+///             }
+///         })
+///     }
+///
+///     fn node(&self, _: &State) -> usize {
+///         0
+///     }
+///
+///     fn node_count(&self) -> usize {
+///         1
+///     }
+/// }
+///
+/// let dust = exact(&Dust, &Limits::default())?;
+/// assert!(dust.root.min.abs().max_element() < 1e-11);
+/// assert!(dust.root.max.distance(DVec3::X) < 1e-11);
+/// assert!(dust.endless.unwrap().contraction < 0.334);
+/// # Ok::<(), csg_graph_bounds::BoundsError<Infallible>>(())
+/// ```
+///
 /// # Cost
 /// Memory in proportion to the states: about half a kilobyte each. Time too, and for each transformation that turns or
 /// shears up to six support queries. One query expands, in what shrinks as it recurses, some multiple of the levels until
-/// a part is smaller than the gap; at most [`Limits::expansions`]. Neither depends on the size of the unfolded tree.
+/// a part is smaller than the gap; at most [`Limits::expansions`]. Neither depends on the size of the unfolded tree. For
+/// states that lead back to themselves, rounds of such queries, some ten of few expansions each.
 ///
 /// # Errors
-/// If the scene fails to expand a state, there are too many states, or one is below itself.
+/// If the scene fails to expand a state, there are too many states, or one is below itself without being smaller there.
 ///
 /// # Panics
 /// If the scene numbers a node at or above its [`node_count`](Scene::node_count).
