@@ -14,6 +14,7 @@ use crate::args::BoundsArgs;
 use crate::load::load;
 
 pub(crate) use methods::{failure, hyper_boxes, refuse_more_than};
+pub(crate) use volume::line;
 
 /// The drawing that `bounds --plot` would write, as an SVG file.
 ///

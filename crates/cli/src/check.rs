@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use csg_graph::{Analysis, Graph, Node, StatesError, SymbolState};
-use csg_graph_bounds::exact;
+use csg_graph_bounds::{Aabb, exact};
 use serde::Serialize;
 
 use crate::args::{CheckArgs, Format};
@@ -138,13 +138,14 @@ fn table(scene: &str, analysis: &Analysis) -> String {
 
 fn endless_table(report: &Endless, bounded: &Bounded) -> String {
     let Bounded { node_states, contraction, min, max } = bounded;
+    let aabb = Aabb { min: (*min).into(), max: (*max).into() };
     let rows = [
         ("graph nodes", grouped(report.nodes)),
         ("states", format!("{} of all nodes", grouped(node_states))),
         ("instances", "endless".to_owned()),
         ("terminates", "no".to_owned()),
         ("contraction", format!("{contraction:.6}: once round any cycle, sizes shrink to at most that")),
-        ("box", format!("{min:.4?} .. {max:.4?}")),
+        ("box", bounds::line(&aabb)),
     ];
     let mut text = format!("{}: no mistakes; an endless recursion that shrinks\n", report.scene);
     for (name, value) in rows {

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 /// A volume that can be made and shown.
-pub(super) trait Shown: Volume {
+pub(crate) trait Shown: Volume {
     /// The name of many in sentences.
     fn kind() -> String;
 
@@ -119,7 +119,7 @@ impl Entry {
 }
 
 /// A volume for people.
-pub(super) fn line(shown: &impl Shown) -> String {
+pub(crate) fn line(shown: &impl Shown) -> String {
     if shown.is_empty() { "empty".to_owned() } else { shown.line() }
 }
 
