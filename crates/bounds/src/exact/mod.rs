@@ -32,8 +32,9 @@
 //! The faces of the box of a state under which there are only unions are the supports of the solid, to within the
 //! *gap* that is reported and the rounding of the maps on the way. An intersection has what is in both boxes of its
 //! operands, and a difference the box of its left operand, as in the other two algorithms; above them, supports are
-//! those of what encloses the solid: of the left operand of a difference, and of the box or one operand of an
-//! intersection, whichever is less.
+//! those of what encloses the solid: of the left operand of a difference, and of the box or either operand of an
+//! intersection, whichever is least. That is what the chain algorithm takes as well, by point sets that are larger than
+//! the shapes, so that the boxes here lie in those of the chain, and these in the conventional ones.
 
 mod attractor;
 mod bottom_up;

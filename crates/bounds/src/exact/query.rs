@@ -7,6 +7,14 @@
 //! dropped, and the query ends when nothing else is left. No query expands a solid whose upper bound is below the
 //! answer: with boxes as bounds, none can do with fewer expansions.
 //!
+//! ## Intersections
+//!
+//! A point of an intersection is in both operands, so that the intersection reaches no further than either, nor than its
+//! box. The operand with the least bound is opened, and the other one kept with it. Wherever the search in the first one
+//! ends, at a shape or with certainty, it goes on in the other one from there, up to what the first has left. So the
+//! answer is the lesser of the two supports, although a best-first search seeks the greatest of everything, and nothing
+//! nests. It is the support of no solid, and may be less than what a box that is touched on all sides would allow.
+//!
 //! ## Ending
 //!
 //! Unfolded far enough, a state graph without cycles ends at shapes, so each query does. It may end earlier, with a
@@ -35,9 +43,11 @@
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::num::NonZeroU32;
 
 use glam::DVec3;
 
+use super::index;
 use super::solids::{Kind, Part, Solid, Solids};
 use crate::{Limits, Shape};
 
@@ -67,6 +77,8 @@ pub(super) struct Search {
     open: BinaryHeap<Open>,
     /// The last expanded, in a ring.
     recent: Vec<Open>,
+    /// The operands that are yet to be asked, of all intersections that were expanded.
+    operands: Vec<Operand>,
     query: Query,
 }
 
@@ -89,6 +101,7 @@ struct Query {
 }
 
 /// A solid that may hold the furthest point.
+#[derive(Clone, Copy)]
 struct Open {
     /// No point of it is further.
     upper: f64,
@@ -99,6 +112,19 @@ struct Open {
     solid: u32,
     depth: u32,
     sequence: u32,
+    /// What else the point is in: an index into the operands, from 1.
+    and: Option<NonZeroU32>,
+}
+
+/// An operand of an intersection, to be asked with what the others have left.
+#[derive(Clone, Copy)]
+struct Operand {
+    part: Part,
+    /// Direction and offset in the frame of the intersection.
+    direction: DVec3,
+    offset: f64,
+    /// And what comes after it.
+    and: Option<NonZeroU32>,
 }
 
 impl Search {
@@ -112,6 +138,7 @@ impl Search {
             expansions: 0,
             open: BinaryHeap::new(),
             recent: Vec::new(),
+            operands: Vec::new(),
             query: Query::default(),
         }
     }
@@ -127,9 +154,11 @@ impl Search {
     ) -> Found {
         self.open.clear();
         self.recent.clear();
+        self.operands.clear();
         self.query =
             Query { tolerance, best: f64::NEG_INFINITY, closed: f64::NEG_INFINITY, ..Query::default() };
-        self.enter(solids, part, &Open { upper, direction, offset: 0.0, solid: 0, depth: 0, sequence: 0 });
+        let all = Open { upper, direction, offset: 0.0, solid: 0, depth: 0, sequence: 0, and: None };
+        self.enter(solids, part, &all);
         let mut unresolved = f64::NEG_INFINITY;
         while let Some(next) = self.open.pop() {
             if next.upper <= self.query.best + tolerance || self.query.expanded == self.limit {
@@ -155,14 +184,21 @@ impl Search {
                 }
             }
             Kind::Intersection(parts) => {
-                // Each operand is a bound; one will do.
-                let upper = |part: &&Part| {
-                    let (direction, offset) = below(part, &next);
-                    offset + solids.solid(part.solid).bounds.support(direction)
+                let parts = solids.parts(parts);
+                let upper = |at: &usize| {
+                    let (direction, offset) = below(&parts[*at], &next);
+                    offset + solids.solid(parts[*at].solid).bounds.support(direction)
                 };
-                let operands = solids.parts(parts).iter();
-                let least = operands.min_by(|a, b| upper(a).total_cmp(&upper(b)));
-                self.enter(solids, least.expect("an intersection without operands is never open"), &next);
+                // The one with the least bound is asked first, and often settles it.
+                let first = (0..parts.len()).min_by(|a, b| upper(a).total_cmp(&upper(b)));
+                let first = first.expect("an intersection without operands is never open");
+                let mut common = next;
+                for part in (0..parts.len()).filter(|at| *at != first).map(|at| parts[at]) {
+                    let Open { direction, offset, and, .. } = common;
+                    self.operands.push(Operand { part, direction, offset, and });
+                    common.and = NonZeroU32::new(index(self.operands.len()));
+                }
+                self.enter(solids, &parts[first], &common);
             }
             Kind::Shape(_) => unreachable!("shapes are never open"),
         }
@@ -174,37 +210,53 @@ impl Search {
         self.query.expanded += 1;
     }
 
-    /// Bounds a part of an expanded solid, and opens it if it may hold the furthest point.
+    /// Bounds a part of an expanded solid, and opens it if it may hold the furthest point. If its bound is certain, goes
+    /// on to what else the point is in.
     fn enter<S: Shape>(&mut self, solids: &Solids<S>, part: &Part, above: &Open) {
-        let (direction, offset) = below(part, above);
-        let query = &mut self.query;
-        query.offset = query.offset.max(offset.abs());
-        query.depth = query.depth.max(above.depth + 1);
-        let solid = solids.solid(part.solid);
-        let extents = direction.abs() * solid.half;
-        let support = offset + solid.center.dot(direction) + extents.element_sum();
-        let upper = support.min(above.upper);
-        if upper <= query.best {
-            return;
-        }
-        if let Kind::Shape(shape) = solid.kind {
-            let exact = offset + solids.shapes[shape as usize].support(direction);
-            query.best = query.best.max(exact.min(upper));
-            return;
-        }
-        let spread = 2.0 * but_the_largest(extents);
-        // A point of the solid is at most so far below a face, and at most twice the extents below the support.
-        let below = (spread + solid.gap * direction.abs().max_element()).min(2.0 * extents.element_sum());
-        let lower = (support - below).min(upper);
-        query.best = query.best.max(lower);
-        let uncertain = if self.rough { spread } else { upper - lower };
-        // Twice, because the gap of a box that ended within the tolerance must be within it further up.
-        if uncertain <= 2.0 * query.tolerance || !solid.kind.is_open() {
-            query.closed = query.closed.max(upper);
-        } else {
-            query.opened += 1;
-            let (depth, sequence) = (above.depth + 1, query.opened);
-            self.open.push(Open { upper, direction, offset, solid: part.solid, depth, sequence });
+        let (mut part, mut open) = (*part, Open { depth: above.depth + 1, ..*above });
+        loop {
+            (open.direction, open.offset) = below(&part, &open);
+            open.solid = part.solid;
+            let Open { direction, offset, .. } = open;
+            let query = &mut self.query;
+            query.offset = query.offset.max(offset.abs());
+            query.depth = query.depth.max(open.depth);
+            let solid = solids.solid(part.solid);
+            let extents = direction.abs() * solid.half;
+            let support = offset + solid.center.dot(direction) + extents.element_sum();
+            open.upper = support.min(open.upper);
+            if open.upper <= query.best {
+                return;
+            }
+            let lower = if let Kind::Shape(shape) = solid.kind {
+                let exact = offset + solids.shapes[shape as usize].support(direction);
+                open.upper = exact.min(open.upper);
+                open.upper
+            } else {
+                let spread = 2.0 * but_the_largest(extents);
+                // A point of the solid is at most so far below a face, and at most twice the extents below the support.
+                let below = spread + solid.gap * direction.abs().max_element();
+                let lower = (support - below.min(2.0 * extents.element_sum())).min(open.upper);
+                let uncertain = if self.rough { spread } else { open.upper - lower };
+                // Twice, because the gap of a box that ended within the tolerance must be within it further up.
+                if uncertain > 2.0 * query.tolerance && solid.kind.is_open() {
+                    if solid.touched && open.and.is_none() {
+                        query.best = query.best.max(lower);
+                    }
+                    query.opened += 1;
+                    open.sequence = query.opened;
+                    self.open.push(open);
+                    return;
+                }
+                lower
+            };
+            let Some(next) = open.and else {
+                query.best = query.best.max(lower);
+                query.closed = query.closed.max(open.upper);
+                return;
+            };
+            Operand { part, direction: open.direction, offset: open.offset, and: open.and } =
+                self.operands[next.get() as usize - 1];
         }
     }
 
@@ -212,8 +264,11 @@ impl Search {
     fn is_dominated<S: Shape>(&mut self, solids: &Solids<S>, next: &Open) -> bool {
         let Solid { center, half, .. } = solids.solid(next.solid);
         let most = 0.5 * self.query.tolerance - self.query.excess;
-        let same =
-            |known: &&Open| known.solid == next.solid && (known.depth >= next.depth || !solids.endless);
+        let same = |known: &&Open| {
+            known.solid == next.solid
+                && (known.and.is_none() || known.and == next.and)
+                && (known.depth >= next.depth || !solids.endless)
+        };
         let known = self.recent.iter().filter(same);
         let further = known.map(|known| {
             let d = next.direction - known.direction;

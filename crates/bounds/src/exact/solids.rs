@@ -39,6 +39,9 @@ pub(super) struct Solid {
     pub(super) half: DVec3,
     /// Each face of the box is at most so far from a point of the solid, or from the bound that a query would give.
     pub(super) gap: f64,
+    /// Whether there is such a *point*: so wherever nothing below is an intersection, whose box is only what boxes have
+    /// in common.
+    pub(super) touched: bool,
     /// How far a support that a query finds is from that in exact arithmetic, at most, for a direction of length 1.
     pub(super) error: f64,
 }
@@ -196,8 +199,9 @@ impl<S: Shape> Solids<S> {
             self.parts.push(self.part(image));
         }
         let parts = index(start)..index(self.parts.len());
-        self.solids[solid as usize].kind =
-            if intersection { Kind::Intersection(parts) } else { Kind::Union(parts) };
+        let solid = &mut self.solids[solid as usize];
+        solid.kind = if intersection { Kind::Intersection(parts) } else { Kind::Union(parts) };
+        solid.touched = !intersection;
     }
 
     /// A better box of a declared solid, with its gap.
@@ -236,7 +240,12 @@ impl<S: Shape> Solids<S> {
 
     fn push(&mut self, kind: Kind, bounds: Aabb, gap: f64, error: f64) -> Image {
         let (center, half) = (bounds.center(), 0.5 * bounds.size());
-        self.solids.push(Solid { kind, bounds, center, half, gap, error });
+        let touched = match &kind {
+            Kind::Shape(_) => true,
+            Kind::Union(parts) => self.parts(parts).iter().all(|part| self.solid(part.solid).touched),
+            Kind::Intersection(_) => false,
+        };
+        self.solids.push(Solid { kind, bounds, center, half, gap, touched, error });
         Image { chain: NO_CHAIN, solid: index(self.solids.len() - 1) }
     }
 }
