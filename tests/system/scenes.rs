@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use csg_graph::{Limits, StatesError};
-use csg_graph_bounds::{Aabb, chain, exact};
+use csg_graph_bounds::{Aabb, chain, conventional, exact};
 use csg_graph_tests::repository;
 use csg_graph_trace::{Camera, Ray, Walk, brute};
 
@@ -19,6 +19,16 @@ fn corpus(folder: &str) -> Vec<(String, PathBuf)> {
         .collect();
     scenes.sort();
     scenes
+}
+
+/// What unfolds into a tree that is quickly walked.
+fn smaller(name: &str) -> Vec<String> {
+    match name {
+        "sympodial" => vec!["cnt = 2".to_owned()],
+        "sierpinski" => vec!["n = 3".to_owned()],
+        "cheese" => vec!["n = 2".to_owned()],
+        _ => vec![],
+    }
 }
 
 #[test]
@@ -42,12 +52,6 @@ fn every_scene_is_sound_and_in_the_standard_layout() {
 
 #[test]
 fn every_scene_has_the_hits_of_its_unfolded_tree() {
-    let smaller = |name: &str| match name {
-        "sympodial" => vec!["cnt = 2".to_owned()],
-        "sierpinski" => vec!["n = 3".to_owned()],
-        "cheese" => vec!["n = 2".to_owned()],
-        _ => vec![],
-    };
     for (name, _) in corpus("scenes") {
         let scene = scene(&name, &smaller(&name));
         let tree = scene.graph.unfold(100_000).unwrap();
@@ -76,6 +80,31 @@ fn every_scene_has_the_hits_of_its_unfolded_tree() {
             }
         }
         assert!(rays > 400 && hits > 20, "{name}: {hits} hits of {rays} rays");
+    }
+}
+
+#[test]
+fn conventional_boxes_of_scenes_enclose_those_of_chains_and_these_the_exact_ones() {
+    let limits = csg_graph_bounds::Limits::default();
+    for (name, _) in corpus("scenes") {
+        let graph = scene(&name, &smaller(&name)).graph;
+        let conventional = conventional(&graph, &limits).unwrap();
+        let chain = chain(&graph, &limits).unwrap();
+        let exact = exact(&graph, &limits).unwrap().into_hyper_boxes();
+        // Each is rounded outward by a little of its own.
+        let margin = 1e-11 * conventional.root.size().max_element();
+        for [outer, inner] in [[&conventional, &chain], [&chain, &exact]] {
+            let nodes = outer.nodes.iter().zip(&inner.nodes);
+            for (outer, inner) in nodes.chain([(&outer.root, &inner.root)]) {
+                let grown = Aabb { min: outer.min - margin, max: outer.max + margin };
+                assert!(grown.encloses(*inner), "{name}: {outer:?} {inner:?}");
+            }
+        }
+        if name == "sierpinski" {
+            // Of polytopes, the point sets are the corners.
+            let grown = Aabb { min: exact.root.min - margin, max: exact.root.max + margin };
+            assert!(grown.encloses(chain.root), "{chain:?}");
+        }
     }
 }
 
