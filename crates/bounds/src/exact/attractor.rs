@@ -13,7 +13,9 @@
 //! Each round asks for no more than it can get: an eighth of the gap that is left. A query that wants everything at once
 //! would look at every copy that a loose box lets come near the face, and with ties these are as many as there are copies.
 //!
-//! **Gaps.** An attractor has points, in each box at least one, which is all that the gaps of the first round need.
+//! **Gaps.** An attractor has points, in each box at least one, which is all that the gaps of the first round need. Those of
+//! later rounds include rounding: it is enlarged by the looseness of the first boxes, and would otherwise pass for what is
+//! certain.
 //!
 //! **∩ and \\.** A difference is its left operand. An intersection is bounded by its operands from outside the recursion
 //! if there are any with an end, and so ends it; otherwise by those inside.
@@ -273,9 +275,11 @@ impl<S: Scene> BottomUp<S> {
             let (mut least, mut gap) = (f64::INFINITY, known);
             for part in &vertex.asked {
                 let found = search.support(&self.solids, part, direction, faces[at], tolerance);
-                let upper = (found.upper + self.solids.error(part)).next_up();
+                let error = self.solids.error(part);
+                let upper = (found.upper + error).next_up();
                 if upper < least {
-                    (least, gap) = (upper, known.min(found.upper - found.lower));
+                    // With the errors, which are larger as long as the boxes are.
+                    (least, gap) = (upper, known.min(found.upper - found.lower + 2.0 * error));
                 }
             }
             faces[at] = faces[at].min(least);

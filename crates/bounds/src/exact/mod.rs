@@ -187,7 +187,7 @@ pub struct StateBox {
     /// enclose the boxes or operands that stand for the solid.
     ///
     /// At most a few times [`Limits::gap`] of the extent of the box, unless a query reached the limit of its
-    /// expansions.
+    /// expansions. Where recursion never ends, rounding is included.
     pub gap: f64,
 }
 
