@@ -36,7 +36,7 @@ const SHARE: f64 = 0.125;
 const FIRST: usize = 32;
 
 /// How many times the rounding errors of its support a gap is at least worth a query. An attractor may be flat.
-const ERRORS: f64 = 16.0;
+pub(super) const ERRORS: f64 = 16.0;
 
 /// How many times the most expansions of a query all rounds together may take, for each solid.
 const BUDGET: u64 = 16;

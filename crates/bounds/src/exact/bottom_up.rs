@@ -7,6 +7,7 @@
 
 use glam::{DAffine3, DVec3};
 
+use super::attractor::ERRORS;
 use super::components::Components;
 use super::query::{Found, Search, spread};
 use super::solids::{Image, Solids};
@@ -157,14 +158,18 @@ pub(super) fn support<S: Shape>(
     if !outer.is_finite() {
         return Support { upper: outer, gap: 0.0 };
     }
-    let uncertain = |gap| spread(aabb.size(), gap, known.direction);
-    let tolerance = search.gap * known.direction.abs().dot(aabb.size());
+    let extent = known.direction.abs().dot(aabb.size());
+    let uncertain = |gap| spread(aabb.size(), gap, known.direction).min(extent);
+    let part = solids.part(image);
+    let error = || solids.error(&part) * direction.length() * (1.0 + 4.0 * f64::EPSILON);
+    // An attractor may be as flat as its rounding errors, and no query makes those smaller.
+    let least = if solids.endless { ERRORS * error() } else { 0.0 };
+    let tolerance = (search.gap * extent).max(least);
     // Twice, as in a query.
     if uncertain(if search.rough { 0.0 } else { gap }) <= 2.0 * tolerance {
         return Support { upper: outer, gap: uncertain(gap) };
     }
-    let part = solids.part(image);
-    let error = solids.error(&part) * direction.length() * (1.0 + 4.0 * f64::EPSILON);
+    let error = error();
     // Where numbers overflow, a query has nothing to compare.
     if !error.is_finite() {
         return Support { upper: outer, gap: uncertain(gap) };
