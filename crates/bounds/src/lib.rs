@@ -169,7 +169,8 @@
 //!
 //! Three scenes of other people: `meshes`, a plain tree of transformed meshes; `assembly`, an instancing dag of shared
 //! sub-assemblies; `procedure`, a recursive procedure with parameters. And `growth`, which prints the paper's Fig. 2.1 and
-//! the same for its Fig. 1.1a; and `tightness`, which compares all ways to bound ∩ and \\ with dense sampling.
+//! the same for its Fig. 1.1a; `tightness`, which compares all ways to bound ∩ and \\ with dense sampling; and `prove`,
+//! which looks for points outside of their volumes.
 //!
 //! \[TRAX95\] C. Traxler, M. Gervautz, *Calculation of Tight Bounding Volumes for Cyclic CSG-Graphs*, Institute of
 //! Computer Graphics, Technical University of Vienna, 1995.

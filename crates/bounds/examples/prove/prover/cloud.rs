@@ -142,7 +142,7 @@ fn enlargement(affine: &DAffine3) -> f64 {
     row_sums.max_element().sqrt() * (1.0 + 1e-12)
 }
 
-/// direction · point, with what it may err.
+/// direction · point.
 pub(crate) fn along(direction: DVec3, point: &Point) -> Double {
     let terms = [0, 1, 2].map(|axis| point[axis] * direction[axis]);
     terms[0] + terms[1] + terms[2]

@@ -11,12 +11,14 @@ use super::double::{Double, PRECISION};
 pub(crate) struct Kind(pub(crate) usize);
 
 /// All volumes, in the order of the report.
-pub(crate) const KINDS: [&str; 18] = [
+pub(crate) const KINDS: [&str; 20] = [
     "box of the state",
     "box of the root alone",
     "hyper box, exact",
     "hyper box, chain",
     "hyper box, conventional",
+    "S-bound of the root",
+    "box of the solid",
     "box from supports",
     "sphere from supports",
     "certified sphere",
@@ -38,8 +40,10 @@ impl Kind {
     pub(crate) const EXACT: Self = Self(2);
     pub(crate) const CHAIN: Self = Self(3);
     pub(crate) const CONVENTIONAL: Self = Self(4);
-    const FROM_SUPPORTS: usize = 5;
-    const FROM_POINTS: usize = 12;
+    pub(crate) const S_BOUND: Self = Self(5);
+    pub(crate) const SOLID: Self = Self(6);
+    const FROM_SUPPORTS: usize = 7;
+    const FROM_POINTS: usize = 14;
 }
 
 /// What encloses points.

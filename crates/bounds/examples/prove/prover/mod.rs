@@ -21,7 +21,7 @@ mod surface;
 mod tally;
 
 use csg_graph::Graph;
-use csg_graph_bounds::{Aabb, ExactBoxes, Limits, Shape, chain, conventional, exact, root_box};
+use csg_graph_bounds::{Aabb, ExactBoxes, Limits, Refinement, Shape, chain, conventional, exact, root_box};
 use glam::DVec3;
 
 use cloud::Cloud;
@@ -38,8 +38,14 @@ const POINTS: usize = 96;
 /// Unfolded trees that take more steps have no hyper boxes by the chain and the conventional algorithm.
 const STEPS: u64 = 20_000;
 
-/// How many states get volumes other than boxes.
+/// How many states get the box of the solid itself, and volumes other than boxes.
 const CHOSEN: usize = 6;
+
+/// How many cells the search for a face of that box may classify.
+const CELLS: usize = 300;
+
+/// Why there is an answer for a state.
+const REACHED: &str = "the root leads to all states";
 
 /// Samples at least so many points of one random graph of a run. Each volume is `altered` before it is checked, which
 /// shows that the prover can fail.
@@ -97,12 +103,13 @@ fn volumes(
     }
     let root = root_box(graph, limits).expect("all boxes were found, so this one is").aabb;
     volumes[states.root()].push((Kind::ROOT, Enclosure::Box(root)));
+    volumes[states.root()].push((Kind::S_BOUND, Enclosure::Box(boxes.s_bounds(graph).root)));
     for i in 0..CHOSEN {
         let number = if i == 0 { states.root() } else { random.below(states.all.len()) };
-        let of = &states.all[number];
-        let support = |direction: DVec3| {
-            boxes.support(&of.state, direction).expect("the root leads to all states").upper
-        };
+        let state = &states.all[number].state;
+        let mut solid = boxes.solid(state, &Refinement::default().with_cells(CELLS)).expect(REACHED);
+        volumes[number].push((Kind::SOLID, Enclosure::Box(solid.aabb().aabb)));
+        let support = |direction: DVec3| boxes.support(state, direction).expect(REACHED).upper;
         let tolerance = random.pick(&[0.5, 0.1, 0.03]);
         volumes[number].extend(Enclosure::from_supports(support, tolerance));
     }
