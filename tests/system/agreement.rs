@@ -1,7 +1,7 @@
 //! What must not change a picture, and what boxes are for.
 
 use csg_graph_bounds::{HyperBoxes, chain, conventional};
-use csg_graph_trace::{Camera, Counters, Film, Light, Settings, View, World, render};
+use csg_graph_trace::{Camera, Counters, Engine, Film, Light, Settings, View, World, render};
 
 use crate::scene;
 
@@ -17,8 +17,7 @@ fn picture(name: &str, set: &[String], boxes: Choice, threads: usize) -> (Film, 
         Choice::Chain => Some(tight),
     };
     let world = World {
-        graph: &scene.graph,
-        boxes: boxes.as_ref(),
+        engine: Engine::Reference(&scene.graph, boxes.as_ref()),
         camera,
         lights: vec![Light::over_shoulder(&camera)],
         background: World::DEFAULT_BACKGROUND,

@@ -49,6 +49,8 @@ mod boolean;
 pub mod brute;
 mod camera;
 mod counters;
+mod engine;
+mod fast;
 mod film;
 mod light;
 mod ray;
@@ -64,6 +66,8 @@ mod walk;
 
 pub use camera::{Camera, CameraError, Lens};
 pub use counters::Counters;
+pub use engine::Engine;
+pub use fast::{Accelerated, PACKET, Tracer};
 pub use film::Film;
 pub use light::{Light, LightSource};
 pub use ray::Ray;

@@ -5,15 +5,15 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use csg_graph::{EvalError, Graph};
-use csg_graph_bounds::HyperBoxes;
+use csg_graph::EvalError;
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::camera::{CameraError, Lens};
-use crate::shade::shade;
+use crate::engine::{Engine, Tracer};
+use crate::shade::Shader;
 use crate::view::{Exposure, Extremes, Latent};
-use crate::{Camera, Counters, Film, Light, View, Walk, sampling};
+use crate::{Camera, Counters, Film, Hit, Light, Ray, View, sampling};
 
 /// The most pixels that a picture may have: 8192 by 8192. While it is made, a pixel takes 32 bytes.
 pub const MAX_PIXELS: u64 = 1 << 26;
@@ -27,10 +27,9 @@ const TILE: u32 = 16;
 /// What a picture is of.
 #[derive(Clone, Debug)]
 pub struct World<'a> {
-    /// The solid.
-    pub graph: &'a Graph,
-    /// Its hyper boxes, or `None` to do without. They change the time that it takes, and the plate and cost views.
-    pub boxes: Option<&'a HyperBoxes>,
+    /// The solid, and what finds where rays meet it. Engines and boxes change the time that it takes, and the plate and
+    /// cost views.
+    pub engine: Engine<'a>,
     /// Where it is seen from.
     pub camera: Camera,
     /// All lights. Without any, only the ambient part of surfaces is seen; see [`Light::over_shoulder`].
@@ -112,9 +111,9 @@ pub fn render(
     let tiles: Vec<Tile> = (0..painter.tile_count())
         .into_par_iter()
         .map_init(
-            || Walk::new(world.graph, world.boxes),
-            |walk, index| {
-                let tile = painter.tile(walk, index)?;
+            || Brush::new(world.engine),
+            |brush, index| {
+                let tile = painter.tile(brush, index)?;
                 let pixels = tile.pixels.len() as u64;
                 progress(done.fetch_add(pixels, Ordering::Relaxed) + pixels);
                 Ok(tile)
@@ -161,51 +160,94 @@ impl Painter<'_> {
         self.settings.width.div_ceil(TILE) * self.settings.height.div_ceil(TILE)
     }
 
-    fn tile(&self, walk: &mut Walk<'_>, index: u32) -> Result<Tile, EvalError> {
+    fn tile(&self, brush: &mut Brush<'_>, index: u32) -> Result<Tile, EvalError> {
         let across = self.settings.width.div_ceil(TILE);
         let range = |tile: u32, size: u32| tile * TILE..size.min(tile.saturating_add(1).saturating_mul(TILE));
         let columns = range(index % across, self.settings.width);
         let rows = range(index / across, self.settings.height);
+        let width = columns.len();
         let mut extremes = Extremes::NONE;
-        let mut pixels = Vec::with_capacity(columns.len() * rows.len());
-        for y in rows {
-            for x in columns.clone() {
-                pixels.push(self.pixel(walk, x, y, &mut extremes)?);
+        let mut exposures = vec![Exposure::default(); width * rows.len()];
+        // What a pixel costs, and how deep its ray went, are known of single rays.
+        let alone = matches!(self.settings.view, View::Cost | View::Plate);
+        let side = if alone { 1 } else { self.world.engine.side() };
+        for y in rows.clone().step_by(side as usize) {
+            for x in columns.clone().step_by(side as usize) {
+                brush.pixels.clear();
+                let block = |start: u32, end: u32| start..end.min(start + side);
+                for y in block(y, rows.end) {
+                    brush.pixels.extend(block(x, columns.end).map(|x| (x, y)));
+                }
+                let place =
+                    |(x, y): (u32, u32)| (y - rows.start) as usize * width + (x - columns.start) as usize;
+                self.expose(brush, |pixel| place(pixel), &mut exposures, &mut extremes)?;
             }
         }
-        Ok(Tile { width: columns.len(), pixels, extremes, counters: walk.take_counters() })
+        let samples = f64::from(self.settings.samples);
+        let pixels = exposures.iter().map(|exposure| exposure.latent(samples)).collect();
+        Ok(Tile { width, pixels, extremes, counters: brush.tracer.take_counters() })
     }
 
-    fn pixel(
+    /// Exposes the pixels of a brush, one sample of each at a time.
+    fn expose(
         &self,
-        walk: &mut Walk<'_>,
-        x: u32,
-        y: u32,
+        brush: &mut Brush<'_>,
+        place: impl Fn((u32, u32)) -> usize,
+        exposures: &mut [Exposure],
         extremes: &mut Extremes,
-    ) -> Result<Latent, EvalError> {
+    ) -> Result<(), EvalError> {
         let Settings { samples, view, .. } = *self.settings;
-        let lights = &self.world.lights;
-        let mut exposure = Exposure::default();
-        let tests_before = walk.counters().tests();
-        for place in sampling::places(samples) {
-            let ray = self.lens.ray(f64::from(x) + place.x, f64::from(y) + place.y);
-            let hit = walk.nearest(&ray)?;
-            match (view, &hit) {
-                (View::Shaded | View::Plate, Some(hit)) => exposure.colour(shade(walk, lights, &ray, hit)?),
-                (View::Shaded, None) => exposure.colour(self.world.background),
-                (View::Plate, None) => exposure.missed(walk.missed_depth(), extremes),
-                (View::Normal, Some(hit)) => exposure.normal(hit.normal),
-                (View::Depth, Some(hit)) => exposure.depth(hit.t, extremes),
-                // For what its shadow rays cost.
-                (View::Cost, Some(hit)) => {
-                    shade(walk, lights, &ray, hit)?;
+        let Brush { tracer, shader, pixels, rays, hits, colours } = brush;
+        let tests_before = tracer.counters().tests();
+        for sample in sampling::places(samples) {
+            rays.clear();
+            rays.extend(
+                pixels.iter().map(|(x, y)| self.lens.ray(f64::from(*x) + sample.x, f64::from(*y) + sample.y)),
+            );
+            tracer.nearest(rays, hits)?;
+            let missed = tracer.missed_depth();
+            if matches!(view, View::Shaded | View::Plate | View::Cost) {
+                shader.shade(tracer, &self.world.lights, rays, hits, colours)?;
+            }
+            for (lane, (pixel, hit)) in pixels.iter().zip(hits.iter()).enumerate() {
+                let exposure = &mut exposures[place(*pixel)];
+                match (view, hit) {
+                    (View::Shaded | View::Plate, Some(_)) => exposure.colour(colours[lane]),
+                    (View::Shaded, None) => exposure.colour(self.world.background),
+                    (View::Plate, None) => exposure.missed(missed, extremes),
+                    (View::Normal, Some(hit)) => exposure.normal(hit.normal),
+                    (View::Depth, Some(hit)) => exposure.depth(hit.t, extremes),
+                    (View::Normal | View::Depth, None) | (View::Cost, _) => {}
                 }
-                (View::Normal | View::Depth | View::Cost, None) => {}
             }
         }
         if view == View::Cost {
-            exposure.cost((walk.counters().tests() - tests_before) as f64, extremes);
+            let tests = tracer.counters().tests() - tests_before;
+            exposures[place(pixels[0])].cost(tests as f64, extremes);
         }
-        Ok(exposure.latent(f64::from(samples)))
+        Ok(())
+    }
+}
+
+/// What a thread paints with: a tracer, and memory for the rays that it traces together.
+struct Brush<'a> {
+    tracer: Tracer<'a>,
+    shader: Shader,
+    pixels: Vec<(u32, u32)>,
+    rays: Vec<Ray>,
+    hits: Vec<Option<Hit>>,
+    colours: Vec<DVec3>,
+}
+
+impl<'a> Brush<'a> {
+    fn new(engine: Engine<'a>) -> Self {
+        Self {
+            tracer: engine.tracer(),
+            shader: Shader::default(),
+            pixels: Vec::new(),
+            rays: Vec::new(),
+            hits: Vec::new(),
+            colours: Vec::new(),
+        }
     }
 }

@@ -10,7 +10,8 @@
 use csg_graph::EvalError;
 use glam::DVec3;
 
-use crate::{Hit, Light, Ray, Walk};
+use crate::engine::Tracer;
+use crate::{Hit, Light, Ray};
 
 /// How far shadow rays start off the surface, relative to the coordinates of the hit and of the ray's origin.
 ///
@@ -18,32 +19,105 @@ use crate::{Hit, Light, Ray, Walk};
 /// ulps, and far below what a pixel covers in a picture of the whole.
 const OFFSET: f64 = 1e-10;
 
-/// The colour, in linear light, in which `ray` sees `hit`.
-pub(crate) fn shade(walk: &mut Walk, lights: &[Light], ray: &Ray, hit: &Hit) -> Result<DVec3, EvalError> {
-    let to_viewer = -ray.direction.normalize_or_zero();
-    let normal = if hit.normal.dot(to_viewer) < 0.0 { -hit.normal } else { hit.normal };
-    let size = hit.point.abs().max(ray.origin.abs()).max_element();
-    let start = hit.point + normal * (OFFSET * size);
+/// Shades several hits together, so that their shadow rays can be traced together.
+#[derive(Debug, Default)]
+pub(crate) struct Shader {
+    points: Vec<Point>,
+    shadow_rays: Vec<Ray>,
+    ends: Vec<f64>,
+    /// The points of the shadow rays, and what the light adds there.
+    lit: Vec<(usize, Gain)>,
+}
 
-    let surface = &hit.surface;
-    let mut matt = DVec3::splat(surface.ambient);
-    let mut highlight = DVec3::ZERO;
-    for light in lights {
-        let Some((to_light, distance)) = light.way_from(start) else { continue };
-        let facing = normal.dot(to_light);
-        if facing <= 0.0 {
-            continue;
+/// A hit that is being shaded.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    /// Its number among the rays.
+    ray: usize,
+    start: DVec3,
+    normal: DVec3,
+    to_viewer: DVec3,
+    gain: Gain,
+}
+
+/// What lights add to a surface: in its pigment, and on top of it.
+#[derive(Clone, Copy, Debug)]
+struct Gain {
+    matt: DVec3,
+    highlight: DVec3,
+}
+
+impl Shader {
+    /// The colours, in linear light, in which rays see their hits; nothing for those that hit nothing.
+    pub(crate) fn shade(
+        &mut self,
+        tracer: &mut Tracer<'_>,
+        lights: &[Light],
+        rays: &[Ray],
+        hits: &[Option<Hit>],
+        colours: &mut Vec<DVec3>,
+    ) -> Result<(), EvalError> {
+        self.points.clear();
+        let seen = rays.iter().zip(hits).enumerate();
+        self.points
+            .extend(seen.filter_map(|(number, (ray, hit))| Some(Point::new(number, ray, hit.as_ref()?))));
+        for light in lights {
+            self.shadow_rays.clear();
+            self.ends.clear();
+            self.lit.clear();
+            for (number, point) in self.points.iter_mut().enumerate() {
+                let surface = &hits[point.ray].as_ref().expect("points are hits").surface;
+                let Some((to_light, distance)) = light.way_from(point.start) else { continue };
+                let facing = point.normal.dot(to_light);
+                if facing <= 0.0 {
+                    continue;
+                }
+                let mut gain =
+                    Gain { matt: light.colour * (surface.diffuse * facing), highlight: DVec3::ZERO };
+                if surface.specular != 0.0 {
+                    let mirrored = point.normal * (2.0 * facing) - to_light;
+                    let lobe = libm::pow(mirrored.dot(point.to_viewer).max(0.0), surface.shininess);
+                    gain.highlight = light.colour * (surface.specular * lobe);
+                }
+                if light.shadow {
+                    self.shadow_rays.push(Ray { origin: point.start, direction: to_light });
+                    self.ends.push(distance);
+                    self.lit.push((number, gain));
+                } else {
+                    point.gain.add(gain);
+                }
+            }
+            let shadowed = tracer.occluded(&self.shadow_rays, &self.ends)?;
+            for (lane, (number, gain)) in self.lit.iter().enumerate() {
+                if shadowed >> lane & 1 == 0 {
+                    self.points[*number].gain.add(*gain);
+                }
+            }
         }
-        let shadow_ray = Ray { origin: start, direction: to_light };
-        if light.shadow && walk.occluded(&shadow_ray, distance)? {
-            continue;
+        colours.clear();
+        colours.resize(rays.len(), DVec3::ZERO);
+        for point in &self.points {
+            let pigment = hits[point.ray].as_ref().expect("points are hits").surface.pigment;
+            colours[point.ray] = pigment * point.gain.matt + point.gain.highlight;
         }
-        matt += light.colour * (surface.diffuse * facing);
-        if surface.specular != 0.0 {
-            let mirrored = normal * (2.0 * facing) - to_light;
-            let lobe = libm::pow(mirrored.dot(to_viewer).max(0.0), surface.shininess);
-            highlight += light.colour * (surface.specular * lobe);
-        }
+        Ok(())
     }
-    Ok(surface.pigment * matt + highlight)
+}
+
+impl Point {
+    fn new(number: usize, ray: &Ray, hit: &Hit) -> Self {
+        let to_viewer = -ray.direction.normalize_or_zero();
+        let normal = if hit.normal.dot(to_viewer) < 0.0 { -hit.normal } else { hit.normal };
+        let size = hit.point.abs().max(ray.origin.abs()).max_element();
+        let start = hit.point + normal * (OFFSET * size);
+        let gain = Gain { matt: DVec3::splat(hit.surface.ambient), highlight: DVec3::ZERO };
+        Self { ray: number, start, normal, to_viewer, gain }
+    }
+}
+
+impl Gain {
+    fn add(&mut self, other: Self) {
+        self.matt += other.matt;
+        self.highlight += other.highlight;
+    }
 }

@@ -18,7 +18,7 @@
 //! - The map of normals is carried down along with the ray, so that a hit costs nothing in proportion to its depth.
 //! - Parameters change for what is below a C-node only; the paper calls them global.
 
-use csg_graph::{Env, EvalError, Graph, Node, NodeId, Operator, Transform};
+use csg_graph::{Env, EvalError, Graph, Node, NodeId, Operator, State, Transform};
 use csg_graph_bounds::HyperBoxes;
 use glam::{DMat3, DVec3};
 
@@ -110,15 +110,33 @@ impl<'a> Walk<'a> {
     /// If an expression of the graph has no usable value at a state that the ray comes to.
     pub fn nearest(&mut self, ray: &Ray) -> Result<Option<Hit>, EvalError> {
         self.counters.rays += 1;
-        self.run(ray, f64::INFINITY, false)?;
-        Ok(self.best.take().map(|edge| Hit {
+        self.run(self.root_visit(ray), f64::INFINITY, false)?;
+        Ok(self.take_hit(ray))
+    }
+
+    /// The first boundary at 0 < t < `end` of the solid of a state, for a ray in the frame of the state, where surfaces
+    /// are `surface` unless they are painted below.
+    pub(crate) fn nearest_below(
+        &mut self,
+        state: &State,
+        ray: &Ray,
+        end: f64,
+        surface: Surface,
+    ) -> Result<Option<Hit>, EvalError> {
+        let visit = Visit { node: state.node(), env: state.env().clone(), surface, ..self.root_visit(ray) };
+        self.run(visit, end, false)?;
+        Ok(self.take_hit(ray))
+    }
+
+    fn take_hit(&mut self, ray: &Ray) -> Option<Hit> {
+        self.best.take().map(|edge| Hit {
             t: edge.t,
             point: ray.at(edge.t),
             normal: unit(edge.normal).unwrap_or(-ray.direction),
             surface: edge.surface,
             node: edge.node,
             depth: edge.depth,
-        }))
+        })
     }
 
     /// Whether the ray meets the solid at 0 < t < `end`.
@@ -127,7 +145,7 @@ impl<'a> Walk<'a> {
     /// As for [`nearest`](Self::nearest).
     pub fn occluded(&mut self, ray: &Ray, end: f64) -> Result<bool, EvalError> {
         self.counters.shadow_rays += 1;
-        self.run(ray, end, true)?;
+        self.run(self.root_visit(ray), end, true)?;
         Ok(self.best.take().is_some())
     }
 
@@ -147,19 +165,22 @@ impl<'a> Walk<'a> {
         std::mem::take(&mut self.counters)
     }
 
-    fn run(&mut self, ray: &Ray, end: f64, any: bool) -> Result<(), EvalError> {
-        self.tasks.clear();
-        self.spans.clear();
-        (self.best, self.limit, self.missed) = (None, end, 0);
-        let root = Visit {
+    fn root_visit(&self, ray: &Ray) -> Visit {
+        Visit {
             node: self.graph.root(),
             ray: *ray,
             world_from_frame: DMat3::IDENTITY,
             env: self.initial.clone(),
             surface: Surface::default(),
             depth: 0,
-        };
-        self.visit(root, Mode::Nearest)?;
+        }
+    }
+
+    fn run(&mut self, start: Visit, end: f64, any: bool) -> Result<(), EvalError> {
+        self.tasks.clear();
+        self.spans.clear();
+        (self.best, self.limit, self.missed) = (None, end, 0);
+        self.visit(start, Mode::Nearest)?;
         while let Some(task) = self.tasks.pop() {
             if any && self.best.is_some() {
                 break;
@@ -309,6 +330,6 @@ fn normal_map(transform: &Transform) -> DMat3 {
 }
 
 /// The vector at length 1, also where the square of its length leaves the range of numbers; `None` if it has no direction.
-fn unit(vector: DVec3) -> Option<DVec3> {
+pub(crate) fn unit(vector: DVec3) -> Option<DVec3> {
     (vector / vector.abs().max_element()).try_normalize()
 }

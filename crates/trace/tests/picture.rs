@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use csg_graph::{AttributeTerm, Expr, Graph, GraphBuilder, Operator, PrimitiveKind, TransformKind};
 use csg_graph_bounds::{HyperBoxes, Limits, chain, conventional};
 use csg_graph_trace::{
-    Camera, Film, Light, LightSource, MAX_PIXELS, RenderError, Settings, View, World, render,
+    Camera, Engine, Film, Light, LightSource, MAX_PIXELS, RenderError, Settings, View, World, render,
 };
 use glam::DVec3;
 
@@ -34,7 +34,12 @@ fn tower(levels: f64) -> Graph {
 fn world<'a>(graph: &'a Graph, boxes: &'a HyperBoxes) -> World<'a> {
     let camera = Camera::framing(&boxes.root, Camera::DEFAULT_FOV, 4.0 / 3.0);
     let lights = vec![Light::over_shoulder(&camera)];
-    World { graph, boxes: Some(boxes), camera, lights, background: World::DEFAULT_BACKGROUND }
+    World {
+        engine: Engine::Reference(graph, Some(boxes)),
+        camera,
+        lights,
+        background: World::DEFAULT_BACKGROUND,
+    }
 }
 
 fn picture(world: &World<'_>, settings: &Settings) -> Film {
@@ -53,7 +58,7 @@ fn threads_and_boxes_change_no_byte() {
     let settings = Settings { width: 70, height: 37, samples: 3, ..SETTINGS };
     let boxes_of_camera = boxes[1].clone();
     let run = |threads: usize, boxes: Option<&HyperBoxes>, view: View| {
-        let world = World { boxes, ..world(&graph, &boxes_of_camera) };
+        let world = World { engine: Engine::Reference(&graph, boxes), ..world(&graph, &boxes_of_camera) };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let (film, counters) =
             pool.install(|| render(&world, &Settings { view, ..settings }, &|_| {})).unwrap();

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use csg_graph::{Analysis, BigUint};
 use csg_graph_bounds::{Aabb, HyperBoxes, root_box};
 use csg_graph_grammar::Look;
-use csg_graph_trace::{Camera, Light, LightSource, Settings, World};
+use csg_graph_trace::{Camera, Engine, Light, LightSource, Settings, World};
 
 use crate::args::{BoxesArg, MethodArg, RenderArgs};
 use crate::load::Loaded;
@@ -71,8 +71,7 @@ impl Stage {
 
     pub(super) fn world(&self) -> World<'_> {
         World {
-            graph: &self.loaded.scene.graph,
-            boxes: self.hyper_boxes.as_ref(),
+            engine: Engine::Reference(&self.loaded.scene.graph, self.hyper_boxes.as_ref()),
             camera: self.camera,
             lights: self.lights.clone(),
             background: self.loaded.scene.look.background.unwrap_or(World::DEFAULT_BACKGROUND),

@@ -1,0 +1,422 @@
+//! From states to super-nodes: the graph as a ray finds it fastest.
+//!
+//! Following one state at a time, as the [reference walk](crate::Walk) does, a ray meets a transformation and a box at each
+//! step. Here a state is *opened*: what is below it is written out into one list of items, the largest by surface area
+//! first, until the list is as long as memory allows. The items are primitives and the states where the list breaks off,
+//! each with the product of the transformations on its way; a [tree](super::tree) of exact boxes makes them fast to
+//! search. Each state where some list breaks off is opened likewise, once, however many lists lead to it. This is partial
+//! re-braiding \[BENT17\] over a graph that is cyclic, and the entry states of \[TRAX95\] §4 with a tree instead of a grid.
+//!
+//! Nothing is unfolded: the work and the memory are the number of such states times the length of a list, and the lists
+//! become shorter the more states there are.
+
+use std::cmp::Ordering;
+use std::collections::{BinaryHeap, VecDeque};
+
+use csg_graph::{AttributeTerm, EvalError, Graph, NodeId, Operator, Primitive, State, Step};
+use csg_graph_bounds::{Aabb, ExactBoxes, Shape};
+use glam::{DAffine3, DMat3, DVec3};
+use rustc_hash::FxHashMap;
+
+use super::tree::{self, Child, Node};
+
+/// A graph compiled for tracing.
+#[derive(Debug, Default)]
+pub(super) struct Compiled {
+    pub(super) supers: Vec<SuperNode>,
+    pub(super) nodes: Vec<Node>,
+    pub(super) items: Vec<Item>,
+    pub(super) shapes: Vec<Primitive>,
+    pub(super) solids: Vec<State>,
+    pub(super) paints: Vec<Vec<(AttributeTerm, f64)>>,
+}
+
+/// A state with what is below it written out.
+#[derive(Clone, Debug)]
+pub(super) struct SuperNode {
+    /// The ball around it, in the frame of the state.
+    pub(super) center: DVec3,
+    pub(super) radius: f64,
+    /// Where its tree begins; `None` if it is empty.
+    pub(super) root: Option<Child>,
+}
+
+/// A part of a super-node.
+#[derive(Clone, Debug)]
+pub(super) struct Item {
+    /// From the frame of the super-node into that of the item.
+    pub(super) item_from_super: DAffine3,
+    pub(super) content: Content,
+    /// The node of a primitive.
+    pub(super) node: NodeId,
+    /// S-nodes between.
+    pub(super) depth: u32,
+    /// An index into the paints.
+    pub(super) paint: Option<u32>,
+}
+
+/// What an item is.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Content {
+    /// An index into the shapes.
+    Shape(u32),
+    /// An index into the super-nodes.
+    Super(u32),
+    /// The result of ∩ or \\: an index into the solids.
+    Solid(u32),
+}
+
+/// The least number of items that a list is opened to.
+const SHORTEST: usize = 8;
+
+/// What an item takes with its share of the tree.
+const BYTES: usize = size_of::<Item>() + size_of::<Node>() / 5;
+
+impl Compiled {
+    /// Compiles within a budget of bytes, as far as the number of states allows.
+    pub(super) fn new(graph: &Graph, boxes: &ExactBoxes<Graph>, budget: usize) -> Result<Self, EvalError> {
+        let (states, root) = States::resolve(graph, boxes)?;
+        let affordable = budget / BYTES;
+        let mut length = affordable.max(SHORTEST);
+        loop {
+            // A try is given up as soon as it does not fit, so that all of them cost about as much as the last.
+            if let Some(lists) = Lists::open(&states, &root, length, affordable) {
+                return Ok(lists.close(&states));
+            }
+            length = (length / 2).max(SHORTEST);
+        }
+    }
+
+    /// The memory that it takes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.supers) + size_of_val(&*self.nodes) + size_of_val(&*self.items)
+    }
+}
+
+/// The states of a graph that are more than a name, a choice or a transformation of another one, each resolved once.
+struct States<'a> {
+    graph: &'a Graph,
+    boxes: &'a ExactBoxes<Graph>,
+    states: Vec<Resolved>,
+    numbers: FxHashMap<State, u32>,
+}
+
+struct Resolved {
+    state: State,
+    bounds: Aabb,
+    kind: Kind,
+}
+
+#[derive(Clone)]
+enum Kind {
+    /// Of parts, those of unions in unions among them.
+    Union(Vec<Place>),
+    Solid,
+    Primitive(Primitive),
+}
+
+/// A state under the transformations and attributes that lead to it.
+#[derive(Clone)]
+struct Place {
+    /// An index into the resolved states.
+    target: u32,
+    above_from_target: DAffine3,
+    target_from_above: DAffine3,
+    /// S-nodes between.
+    depth: u32,
+    paint: Vec<(AttributeTerm, f64)>,
+}
+
+impl<'a> States<'a> {
+    /// Resolves all states that the root leads to. The root comes last, and each state behind those below it.
+    fn resolve(graph: &'a Graph, boxes: &'a ExactBoxes<Graph>) -> Result<(Self, Place), EvalError> {
+        let mut all = Self { graph, boxes, states: Vec::new(), numbers: FxHashMap::default() };
+        let (root, target) = all.follow(graph.root_state())?;
+        // Places whose targets are not resolved yet; the state of an operator waits below those of its operands.
+        let mut open = vec![target.clone()];
+        while let Some(state) = open.last() {
+            if all.numbers.contains_key(state) {
+                open.pop();
+                continue;
+            }
+            let state = state.clone();
+            let kind = match graph.step(&state)? {
+                Step::Operator(Operator::Union, operands) => {
+                    let [left, right] = operands;
+                    let followed = [all.follow(left)?, all.follow(right)?];
+                    let waiting = open.len();
+                    for (_, below) in followed.iter().rev() {
+                        if !all.numbers.contains_key(below) {
+                            open.push(below.clone());
+                        }
+                    }
+                    if open.len() > waiting {
+                        continue;
+                    }
+                    let place = |(place, below): &(Place, State)| Place {
+                        target: all.numbers[below],
+                        ..place.clone()
+                    };
+                    Kind::Union(followed.iter().flat_map(|operand| all.parts(place(operand))).collect())
+                }
+                Step::Primitive(primitive) => Kind::Primitive(primitive),
+                _ => Kind::Solid,
+            };
+            let bounds = boxes.of(&state).map_or(Aabb::EMPTY, |found| found.aabb);
+            all.numbers.insert(state.clone(), index(all.states.len()));
+            all.states.push(Resolved { state, bounds, kind });
+            open.pop();
+        }
+        let root = Place { target: all.numbers[&target], ..root };
+        Ok((all, root))
+    }
+
+    /// The parts of an operand of a union: if it is a union in the same rule, its parts.
+    fn parts(&self, operand: Place) -> Vec<Place> {
+        match &self.get(&operand).kind {
+            Kind::Union(parts) if operand.depth == 0 => parts.iter().map(|part| operand.then(part)).collect(),
+            _ => vec![operand],
+        }
+    }
+
+    /// Goes down from a state to the next operator or primitive. The target of the place is not known yet.
+    fn follow(&self, mut state: State) -> Result<(Place, State), EvalError> {
+        let mut place = Place::HERE;
+        loop {
+            state = match self.graph.step(&state)? {
+                Step::Select(below) => {
+                    place.depth += 1;
+                    below
+                }
+                Step::Calculate(below) => below,
+                Step::Attribute(terms, below) => {
+                    place.paint.extend(terms);
+                    below
+                }
+                Step::Transform(parent_from_child, below) => {
+                    let [x, y, z] = DVec3::AXES.map(|axis| parent_from_child.inverse_vector(axis));
+                    let child_from_parent = DAffine3 {
+                        matrix3: DMat3::from_cols(x, y, z),
+                        translation: parent_from_child.inverse_point(DVec3::ZERO),
+                    };
+                    place.above_from_target *= parent_from_child.to_affine();
+                    place.target_from_above = child_from_parent * place.target_from_above;
+                    below
+                }
+                _ => return Ok((place, state)),
+            };
+        }
+    }
+
+    fn get(&self, place: &Place) -> &Resolved {
+        &self.states[place.target as usize]
+    }
+
+    /// Opens a place into a list of at most `length` places, in the order of the graph.
+    fn open(&self, root: Place, length: usize) -> Vec<Place> {
+        // Each with the next one in the order of the graph.
+        let mut places = vec![(root, None)];
+        let mut open = BinaryHeap::new();
+        self.enqueue(&mut open, &places[0].0, 0);
+        // The first is opened in any case, or the list would lead to itself.
+        while places.len() < length.max(2)
+            && let Some(Largest { place: at, .. }) = open.pop()
+        {
+            let (place, next) = &places[at];
+            let Kind::Union(parts) = &self.get(place).kind else { unreachable!("only unions are opened") };
+            let parts: Vec<Place> = parts.iter().map(|part| place.then(part)).collect();
+            let (mut next, mut slots) = (*next, (places.len()..).take(parts.len() - 1));
+            // From the last part to the first, which takes the place of the union.
+            for part in parts.into_iter().rev() {
+                let slot = slots.next().unwrap_or(at);
+                self.enqueue(&mut open, &part, slot);
+                if slot == at {
+                    places[at] = (part, next);
+                } else {
+                    places.push((part, next));
+                }
+                next = Some(slot);
+            }
+        }
+        let mut ordered = Vec::with_capacity(places.len());
+        let mut at = Some(0);
+        while let Some(index) = at {
+            let (place, next) = std::mem::replace(&mut places[index], (Place::HERE, None));
+            ordered.push(place);
+            at = next;
+        }
+        ordered
+    }
+
+    fn enqueue(&self, open: &mut BinaryHeap<Largest>, place: &Place, at: usize) {
+        let Resolved { bounds, kind, .. } = self.get(place);
+        if matches!(kind, Kind::Union(_)) {
+            open.push(Largest { area: bounds.image(&place.above_from_target).surface_area(), place: at });
+        }
+    }
+
+    /// The box of a place in the frame above: six supports, not the box of a box.
+    fn exact_box(&self, place: &Place) -> Aabb {
+        let Resolved { state, bounds, kind } = self.get(place);
+        if bounds.is_empty() {
+            return Aabb::EMPTY;
+        }
+        let outer = bounds.image(&place.above_from_target);
+        let rows = place.above_from_target.matrix3.transpose();
+        let translation = place.above_from_target.translation;
+        let reach = |direction: DVec3, offset: f64, outer: f64| {
+            let support = match kind {
+                Kind::Primitive(primitive) => primitive.support(direction),
+                _ => self.boxes.support(state, direction).map_or(f64::INFINITY, |support| support.upper),
+            };
+            // Well within the padding of trees, and more than is rounded here.
+            let reach = offset + support;
+            (reach + (offset.abs() + support.abs()) * 1e-14).min(outer)
+        };
+        let mut exact = outer;
+        for axis in 0..3 {
+            exact.max[axis] = reach(rows.col(axis), translation[axis], outer.max[axis]);
+            exact.min[axis] = -reach(-rows.col(axis), -translation[axis], -outer.min[axis]);
+        }
+        exact
+    }
+}
+
+impl Place {
+    const HERE: Self = Self {
+        target: 0,
+        above_from_target: DAffine3::IDENTITY,
+        target_from_above: DAffine3::IDENTITY,
+        depth: 0,
+        paint: Vec::new(),
+    };
+
+    /// A place in the frame of this one's target, seen from above this one.
+    fn then(&self, below: &Self) -> Self {
+        Self {
+            target: below.target,
+            above_from_target: self.above_from_target * below.above_from_target,
+            target_from_above: below.target_from_above * self.target_from_above,
+            depth: self.depth + below.depth,
+            paint: self.paint.iter().chain(&below.paint).copied().collect(),
+        }
+    }
+}
+
+/// A union that can be opened, by its surface area.
+struct Largest {
+    area: f64,
+    place: usize,
+}
+
+impl Ord for Largest {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.area.total_cmp(&other.area).then(other.place.cmp(&self.place))
+    }
+}
+
+impl PartialOrd for Largest {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Largest {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Largest {}
+
+/// The lists of all super-nodes, the root's first.
+struct Lists {
+    lists: Vec<(Aabb, Vec<Place>)>,
+    /// The super-node of each resolved state, if it has one.
+    supers: Vec<Option<u32>>,
+}
+
+impl Lists {
+    /// Opens all states that the root leads to into lists of that length, or gives up if they have more entries
+    /// together than are affordable and could have fewer.
+    fn open(states: &States<'_>, root: &Place, length: usize, affordable: usize) -> Option<Self> {
+        let root_box = states.boxes.root;
+        let mut all = Self { lists: Vec::new(), supers: vec![None; states.states.len()] };
+        let mut waiting = VecDeque::from([(root_box, root.clone())]);
+        let (mut count, mut total) = (1, 0);
+        while let Some((bounds, place)) = waiting.pop_front() {
+            let list = states.open(place, length);
+            total += list.len();
+            if total > affordable && length > SHORTEST {
+                return None;
+            }
+            for place in &list {
+                let Resolved { bounds, kind, .. } = states.get(place);
+                let number = &mut all.supers[place.target as usize];
+                if matches!(kind, Kind::Union(_)) && number.is_none() {
+                    *number = Some(count);
+                    count += 1;
+                    waiting.push_back((*bounds, Place { target: place.target, ..Place::HERE }));
+                }
+            }
+            all.lists.push((bounds, list));
+        }
+        Some(all)
+    }
+
+    /// Gives all entries their exact boxes and each list its tree.
+    fn close(self, states: &States<'_>) -> Compiled {
+        let mut compiled = Compiled::default();
+        let mut painted: FxHashMap<Vec<(AttributeTerm, u64)>, u32> = FxHashMap::default();
+        for (bounds, list) in self.lists {
+            let (center, radius) = (bounds.center(), 0.5 * bounds.size().length());
+            let first = compiled.items.len();
+            let mut unit_boxes = Vec::with_capacity(list.len());
+            for place in list {
+                let bounds = states.exact_box(&place);
+                if bounds.is_empty() {
+                    continue;
+                }
+                unit_boxes.push(Aabb::new((bounds.min - center) / radius, (bounds.max - center) / radius));
+                let Resolved { state, kind, .. } = states.get(&place);
+                let content = match kind {
+                    Kind::Union(_) => {
+                        let number = self.supers[place.target as usize];
+                        Content::Super(number.expect("all unions at the ends of lists have their own"))
+                    }
+                    Kind::Solid => {
+                        compiled.solids.push(state.clone());
+                        Content::Solid(index(compiled.solids.len() - 1))
+                    }
+                    Kind::Primitive(primitive) => Content::Shape(shape(&mut compiled.shapes, primitive)),
+                };
+                let paint = (!place.paint.is_empty()).then(|| {
+                    let key = place.paint.iter().map(|(term, value)| (*term, value.to_bits())).collect();
+                    *painted.entry(key).or_insert_with(|| {
+                        compiled.paints.push(place.paint.clone());
+                        index(compiled.paints.len() - 1)
+                    })
+                });
+                let (item_from_super, depth) = (place.target_from_above, place.depth);
+                compiled.items.push(Item { item_from_super, content, node: state.node(), depth, paint });
+            }
+            let root = (!unit_boxes.is_empty()).then(|| tree::build(&unit_boxes, first, &mut compiled.nodes));
+            compiled.supers.push(SuperNode { center, radius, root });
+        }
+        compiled
+    }
+}
+
+/// The index of a shape among all; one of the last is not added again.
+fn shape(shapes: &mut Vec<Primitive>, shape: &Primitive) -> u32 {
+    const LAST: usize = 8;
+    let known = shapes.iter().rposition(|known| known == shape).filter(|at| at + LAST >= shapes.len());
+    index(known.unwrap_or_else(|| {
+        shapes.push(shape.clone());
+        shapes.len() - 1
+    }))
+}
+
+fn index(index: usize) -> u32 {
+    u32::try_from(index).expect("2³² of anything outgrow memory")
+}

@@ -1,0 +1,253 @@
+//! Rays in the unit ball of a super-node, where single precision is enough to test boxes.
+//!
+//! Deep in a recursion a ray comes from 10¹⁰ sizes of the part away, and its direction is as long; in single precision it
+//! would miss the part. So it is *re-based* where it enters a super-node: moved, in double precision, to its point
+//! closest to the middle, and its parameter scaled, so that origin, direction and boxes are all about 1:
+//!
+//! > at s along the narrowed ray is what is at t = base + s · rate.
+//!
+//! What is left are errors of a few 2⁻²⁴ of a unit, which the padding of the [boxes](super::tree) covers many times, and
+//! what the ray itself has lost on its way through the transformations, which is relative to where it comes from and
+//! is added to each box as [`DRIFT`] times that distance. Rays that miss the ball are turned away.
+
+use super::compile::SuperNode;
+use super::lanes::{HALF, LANES, Lanes, Mask, Rays};
+use super::shapes::bits;
+use crate::Ray;
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, SimdNarrow, f32x16, f64x8, mask32x16};
+
+/// How far off a ray may be, relative to the way it came: 64 transformations with an error of 2⁻⁵² each.
+const DRIFT: f64 = 1.0 / (1_u64 << 46) as f64;
+
+/// Errors of parameters in single precision.
+const FUDGE: f32 = 1.0 / (1 << 20) as f32;
+
+/// Components of directions are at least this, so that none has an infinite inverse.
+const LEAST: f32 = 1e-18;
+
+/// A narrowed ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Narrow {
+    pub(super) ray: Ray,
+    base: f64,
+    rate: f64,
+    pub(super) inverse: [f32; 3],
+    /// What is added to plane · inverse for the s of a near plane and of a far one.
+    pub(super) near_offset: [f32; 3],
+    pub(super) far_offset: [f32; 3],
+    /// The s of t = 0.
+    pub(super) start: f32,
+    pub(super) way: u32,
+}
+
+/// Narrowed rays side by side.
+#[derive(Clone, Debug)]
+pub(super) struct NarrowRays {
+    pub(super) rays: Rays,
+    base: Lanes,
+    rate: f64,
+    pub(super) inverse: [Floats; 3],
+    pub(super) near_offset: [Floats; 3],
+    pub(super) far_offset: [Floats; 3],
+    pub(super) start: Floats,
+    /// The s of each ray's first hit so far.
+    pub(super) end: Floats,
+    /// How often that has changed when `end` was computed.
+    pub(super) changes: u32,
+    pub(super) way: u32,
+}
+
+/// A single-precision number for each ray.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Floats(pub(super) [f32; LANES]);
+
+impl Floats {
+    const ZERO: Self = Self([0.0; LANES]);
+
+    #[inline(always)]
+    pub(super) fn load<S: Simd>(&self, simd: S) -> f32x16<S> {
+        f32x16::from_slice(simd, &self.0)
+    }
+
+    #[inline(always)]
+    pub(super) fn from_vector<S: Simd>(vector: f32x16<S>) -> Self {
+        Self(*vector)
+    }
+}
+
+impl Narrow {
+    /// The ray in the frame of a super-node, unless it misses its ball.
+    #[inline(always)]
+    pub(super) fn new(ray: Ray, ball: &SuperNode, way: u32) -> Option<Self> {
+        let from_center = ray.origin - ball.center;
+        let squared_length = ray.direction.length_squared();
+        let base = -from_center.dot(ray.direction) / squared_length;
+        let closest = from_center + ray.direction * base;
+        let drift = DRIFT * from_center.abs().element_sum();
+        let reach = (ball.radius + drift) * (1.0 + 1e-9);
+        if closest.length_squared() > reach * reach {
+            return None;
+        }
+        let rate = power_of_two(ball.radius / squared_length.sqrt());
+        let to_unit = 1.0 / ball.radius;
+        let drift = narrow(drift * to_unit);
+        let mut narrowed = Self {
+            ray,
+            base,
+            rate,
+            inverse: [0.0; 3],
+            near_offset: [0.0; 3],
+            far_offset: [0.0; 3],
+            start: narrow(-base * (1.0 / rate)),
+            way,
+        };
+        narrowed.start -= narrowed.start.abs() * FUDGE;
+        for axis in 0..3 {
+            let origin = narrow(closest[axis] * to_unit);
+            let direction = narrow(ray.direction[axis] * (rate * to_unit));
+            let direction = if direction.abs() < LEAST { LEAST.copysign(direction) } else { direction };
+            let inverse = 1.0 / direction;
+            let (offset, slack) = (-origin * inverse, drift * inverse.abs());
+            narrowed.inverse[axis] = inverse;
+            narrowed.near_offset[axis] = offset - slack;
+            narrowed.far_offset[axis] = offset + slack;
+        }
+        Some(narrowed)
+    }
+
+    /// The s of a t, not before it.
+    #[inline(always)]
+    pub(super) fn end(&self, t: f64) -> f32 {
+        let s = narrow((t - self.base) * (1.0 / self.rate));
+        s + s.abs() * FUDGE
+    }
+
+    /// Which coordinates fall along the ray.
+    #[inline(always)]
+    pub(super) fn falling(&self) -> [bool; 3] {
+        [self.inverse[0] < 0.0, self.inverse[1] < 0.0, self.inverse[2] < 0.0]
+    }
+}
+
+impl NarrowRays {
+    pub(super) const EMPTY: Self = Self {
+        rays: Rays::ZERO,
+        base: Lanes::ZERO,
+        rate: 1.0,
+        inverse: [Floats::ZERO; 3],
+        near_offset: [Floats::ZERO; 3],
+        far_offset: [Floats::ZERO; 3],
+        start: Floats::ZERO,
+        end: Floats::ZERO,
+        changes: 0,
+        way: 0,
+    };
+
+    /// Narrows the rays that are here, and says which of a set meet the ball.
+    #[inline(always)]
+    pub(super) fn narrow<S: Simd>(&mut self, simd: S, ball: &SuperNode, lanes: Mask) -> Mask {
+        let lead = lanes.trailing_zeros() as usize % LANES;
+        let direction = self.rays.get(lead).direction;
+        self.rate = power_of_two(ball.radius / direction.length());
+        let to_unit = 1.0 / ball.radius;
+        let mut met = 0;
+        let mut origins = [[f64x8::splat(simd, 0.0); 2]; 3];
+        let mut directions = origins;
+        let mut drifts = origins[0];
+        let mut starts = origins[0];
+        for half in 0..2 {
+            let [origin, direction] = self.rays.half(simd, half);
+            let from_center = origin.offset(-ball.center);
+            let squared_length = direction.dot(direction);
+            let base = -from_center.dot(direction) / squared_length;
+            let closest = from_center.at(direction, base);
+            let drift = (from_center.x.abs() + from_center.y.abs() + from_center.z.abs()) * DRIFT;
+            let reach = (drift + ball.radius) * (1.0 + 1e-9);
+            met |= bits(closest.dot(closest).simd_le(reach * reach)) << (half * HALF);
+            self.base.set_half(half, base);
+            origins[0][half] = closest.x * to_unit;
+            origins[1][half] = closest.y * to_unit;
+            origins[2][half] = closest.z * to_unit;
+            directions[0][half] = direction.x * (self.rate * to_unit);
+            directions[1][half] = direction.y * (self.rate * to_unit);
+            directions[2][half] = direction.z * (self.rate * to_unit);
+            drifts[half] = drift * to_unit;
+            starts[half] = -base * (1.0 / self.rate);
+        }
+        let drift = drifts[0].narrow(drifts[1]);
+        let start = starts[0].narrow(starts[1]);
+        self.start = Floats::from_vector(start - start.abs() * FUDGE);
+        for axis in 0..3 {
+            let origin = origins[axis][0].narrow(origins[axis][1]);
+            let direction = directions[axis][0].narrow(directions[axis][1]);
+            let least = f32x16::splat(simd, LEAST);
+            let direction = direction.abs().simd_lt(least).select(least.copysign(direction), direction);
+            let inverse = f32x16::splat(simd, 1.0) / direction;
+            let (offset, slack) = (-(origin * inverse), drift * inverse.abs());
+            self.inverse[axis] = Floats::from_vector(inverse);
+            self.near_offset[axis] = Floats::from_vector(offset - slack);
+            self.far_offset[axis] = Floats::from_vector(offset + slack);
+        }
+        met & lanes
+    }
+
+    /// The s of each ray's t, not before it.
+    #[inline(always)]
+    pub(super) fn set_end<S: Simd>(&mut self, simd: S, t: &Lanes) {
+        let from_rate = 1.0 / self.rate;
+        let low = (t.half(simd, 0) - self.base.half(simd, 0)) * from_rate;
+        let high = (t.half(simd, 1) - self.base.half(simd, 1)) * from_rate;
+        let s = low.narrow(high);
+        // Finite, so that what is met nowhere, at infinity, is behind the end of every ray.
+        self.end = Floats::from_vector((s + s.abs() * FUDGE).min(f32x16::splat(simd, f32::MAX)));
+    }
+
+    /// One of them.
+    #[inline(always)]
+    pub(super) fn lane(&self, lane: usize) -> Narrow {
+        let pick = |floats: &[Floats; 3]| [floats[0].0[lane], floats[1].0[lane], floats[2].0[lane]];
+        Narrow {
+            ray: self.rays.get(lane),
+            base: self.base.0[lane],
+            rate: self.rate,
+            inverse: pick(&self.inverse),
+            near_offset: pick(&self.near_offset),
+            far_offset: pick(&self.far_offset),
+            start: self.start.0[lane],
+            way: self.way,
+        }
+    }
+
+    /// The rays along which each coordinate falls.
+    #[inline(always)]
+    pub(super) fn falling<S: Simd>(&self, simd: S) -> [Mask; 3] {
+        let zero = f32x16::splat(simd, 0.0);
+        [
+            float_bits(self.inverse[0].load(simd).simd_lt(zero)),
+            float_bits(self.inverse[1].load(simd).simd_lt(zero)),
+            float_bits(self.inverse[2].load(simd).simd_lt(zero)),
+        ]
+    }
+}
+
+/// The set of lanes of a mask.
+#[inline(always)]
+#[expect(clippy::cast_possible_truncation, reason = "sixteen bits")]
+pub(super) fn float_bits<S: Simd>(mask: mask32x16<S>) -> Mask {
+    mask.to_bitmask() as Mask
+}
+
+#[inline(always)]
+#[expect(clippy::cast_possible_truncation, reason = "rounding is meant; infinity stays what it is")]
+fn narrow(value: f64) -> f32 {
+    value as f32
+}
+
+/// The power of two at or below a positive number, so that multiplying by it is exact.
+#[inline(always)]
+fn power_of_two(value: f64) -> f64 {
+    const EXPONENT: u64 = 0x7ff << 52;
+    let power = f64::from_bits(value.to_bits() & EXPONENT);
+    if power > 0.0 && power.is_finite() { power } else { 1.0 }
+}

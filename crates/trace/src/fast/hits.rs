@@ -1,0 +1,98 @@
+//! What the rays of a packet have hit so far.
+//!
+//! A hit is an item and the way to it: the items that were entered, one inside of the other. The ways of a packet are kept
+//! as a tree, so that noting a hit costs nothing in proportion to its depth; normals and surfaces are found afterwards,
+//! for the hits that remain.
+
+use super::lanes::{LANES, Lanes};
+
+/// Where a way begins: at the root.
+pub(super) const START: u32 = 0;
+
+/// The hits of a packet.
+#[derive(Debug)]
+pub(super) struct Hits {
+    /// The parameter of each ray's first hit so far, or of its end.
+    pub(super) t: Lanes,
+    /// The item that is hit, and the way to it.
+    found: [Option<Place>; LANES],
+    /// Ways, each as the one that it goes on from and the item that it enters.
+    ways: Vec<(u32, u32)>,
+    /// Counts all changes of t.
+    pub(super) changes: u32,
+}
+
+/// An item of a super-node that was come to on some way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub(super) way: u32,
+    pub(super) item: u32,
+}
+
+impl Hits {
+    pub(super) fn new() -> Self {
+        Self { t: Lanes::ZERO, found: [None; LANES], ways: Vec::new(), changes: 0 }
+    }
+
+    /// Starts over.
+    pub(super) fn clear(&mut self, ends: [f64; LANES]) {
+        self.t = Lanes(ends);
+        self.found = [None; LANES];
+        self.ways.clear();
+        self.ways.push((START, 0));
+        self.changes = 0;
+    }
+
+    /// The way that enters an item.
+    #[inline(always)]
+    pub(super) fn enter(&mut self, way: u32, item: u32) -> u32 {
+        self.ways.push((way, item));
+        u32::try_from(self.ways.len() - 1).expect("2³² super-nodes on the way of one packet outgrow memory")
+    }
+
+    /// Takes a hit if it is before the one that is known, or at the same t and left of it in the graph.
+    #[inline(always)]
+    pub(super) fn offer(&mut self, lane: usize, t: f64, place: Place) {
+        let best = self.t.0[lane];
+        if t < best || t == best && self.is_left(place, self.found[lane]) {
+            self.t.0[lane] = t;
+            self.found[lane] = Some(place);
+            self.changes += 1;
+        }
+    }
+
+    /// Ends a ray, which has hit something.
+    #[inline(always)]
+    pub(super) fn stop(&mut self, lane: usize, place: Place) {
+        self.t.0[lane] = f64::NEG_INFINITY;
+        self.found[lane] = Some(place);
+        self.changes += 1;
+    }
+
+    pub(super) fn found(&self, lane: usize) -> Option<Place> {
+        self.found[lane]
+    }
+
+    /// The items that a place was come to by, the first one first, and its own.
+    pub(super) fn items(&self, place: Place, items: &mut Vec<u32>) {
+        items.clear();
+        items.push(place.item);
+        let mut way = place.way;
+        while way != START {
+            let (before, item) = self.ways[way as usize];
+            items.push(item);
+            way = before;
+        }
+        items.reverse();
+    }
+
+    /// Whether a place is left of another one in the graph. The items of a super-node are in the order of the graph.
+    #[cold]
+    fn is_left(&self, place: Place, of: Option<Place>) -> bool {
+        let Some(of) = of else { return false };
+        let (mut one, mut other) = (Vec::new(), Vec::new());
+        self.items(place, &mut one);
+        self.items(of, &mut other);
+        one < other
+    }
+}

@@ -1,0 +1,291 @@
+//! The fast engine: the graph compiled into [super-nodes](compile), traced in [packets](packet).
+//!
+//! It finds the hits of the [reference walk](crate::Walk): t and normal differ only by how the products of transformations
+//! are rounded. Where the walk asks one node after the other, evaluating its expressions each time, this one has
+//! evaluated each state once, and goes down a few wide trees.
+
+mod compile;
+mod frame;
+mod hits;
+mod lanes;
+mod packet;
+mod shapes;
+mod single;
+mod solid;
+mod tree;
+
+use csg_graph::{EvalError, Graph};
+use csg_graph_bounds::{ExactBoxes, HyperBoxes};
+use fearless_simd::{Level, dispatch};
+use glam::DVec3;
+
+use self::compile::{Compiled, Content};
+use self::hits::{Hits, Place};
+use self::packet::Packet;
+use self::single::Single;
+use self::solid::Solids;
+use crate::{Counters, Hit, Ray, Surface, Walk, walk};
+
+/// Rays that are traced together.
+pub const PACKET: usize = lanes::LANES;
+
+/// A graph compiled for tracing.
+#[derive(Debug)]
+pub struct Accelerated<'a> {
+    graph: &'a Graph,
+    boxes: HyperBoxes,
+    compiled: Compiled,
+    level: Level,
+}
+
+/// What rays ask for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ask {
+    /// The first hit.
+    Nearest,
+    /// Any hit.
+    Any,
+}
+
+/// What rays cost.
+#[derive(Clone, Copy, Debug, Default)]
+struct Work {
+    boxes: u64,
+    primitives: u64,
+}
+
+impl<'a> Accelerated<'a> {
+    /// Memory that an engine takes if nobody says how much it may take, in bytes.
+    pub const DEFAULT_BUDGET: usize = 1 << 18;
+
+    /// Compiles a graph with the boxes that belong to it. Takes `budget` bytes, or more if the graph has too many states
+    /// for that.
+    ///
+    /// # Errors
+    /// If an expression of the graph has no usable value.
+    pub fn new(graph: &'a Graph, boxes: ExactBoxes<Graph>, budget: usize) -> Result<Self, EvalError> {
+        let compiled = Compiled::new(graph, &boxes, budget)?;
+        Ok(Self { graph, boxes: boxes.into_hyper_boxes(), compiled, level: Level::new() })
+    }
+
+    /// The memory of the acceleration structure, in bytes.
+    pub fn bytes(&self) -> usize {
+        self.compiled.bytes()
+    }
+
+    /// A tracer; each thread has its own.
+    pub fn tracer(&self) -> Tracer<'_> {
+        Tracer {
+            scene: self,
+            packet: Packet::default(),
+            single: Single::default(),
+            hits: Hits::new(),
+            solids: Solids::new(Walk::new(self.graph, Some(&self.boxes))),
+            counters: Counters::default(),
+            items: Vec::new(),
+        }
+    }
+}
+
+/// Traces rays through a compiled graph.
+#[derive(Debug)]
+pub struct Tracer<'a> {
+    scene: &'a Accelerated<'a>,
+    packet: Packet,
+    single: Single,
+    hits: Hits,
+    solids: Solids<'a>,
+    counters: Counters,
+    items: Vec<u32>,
+}
+
+impl Tracer<'_> {
+    /// The first hit of a ray, as [`Walk::nearest`].
+    pub fn nearest(&mut self, ray: &Ray) -> Option<Hit> {
+        self.counters.rays += 1;
+        self.trace_one(ray, f64::INFINITY, Ask::Nearest);
+        self.hit(0, ray)
+    }
+
+    /// The first hits of up to [`PACKET`] rays.
+    ///
+    /// # Panics
+    /// If there are more.
+    pub fn nearest_of(&mut self, rays: &[Ray], found: &mut [Option<Hit>]) {
+        self.counters.rays += rays.len() as u64;
+        self.trace_packet(rays, |_| f64::INFINITY, Ask::Nearest);
+        for (lane, (ray, found)) in rays.iter().zip(found).enumerate() {
+            *found = self.hit(lane, ray);
+        }
+    }
+
+    /// Whether a ray meets the solid at 0 < t < `end`.
+    pub fn occluded(&mut self, ray: &Ray, end: f64) -> bool {
+        self.counters.shadow_rays += 1;
+        self.trace_one(ray, end, Ask::Any);
+        self.hits.found(0).is_some()
+    }
+
+    /// Which of up to [`PACKET`] rays meet the solid before their ends, as a set of bits.
+    ///
+    /// # Panics
+    /// If there are more.
+    pub fn occluded_of(&mut self, rays: &[Ray], ends: &[f64]) -> u32 {
+        self.counters.shadow_rays += rays.len() as u64;
+        self.trace_packet(rays, |lane| ends[lane], Ask::Any);
+        (0..rays.len()).filter(|lane| self.hits.found(*lane).is_some()).fold(0, |set, lane| set | 1 << lane)
+    }
+
+    fn trace_one(&mut self, ray: &Ray, end: f64, ask: Ask) {
+        let Self { scene, single, hits, solids, .. } = self;
+        let mut work = Work::default();
+        hits.clear([end; PACKET]);
+        let Some(start) = Single::narrowed(&scene.compiled, ray) else { return };
+        dispatch!(scene.level, simd => {
+            single.trace(simd, &scene.compiled, start, (ask, 0), hits, solids, &mut work);
+        });
+        self.note(work);
+    }
+
+    fn trace_packet(&mut self, rays: &[Ray], end: impl Fn(usize) -> f64, ask: Ask) {
+        assert!(rays.len() <= PACKET, "a packet has {PACKET} rays");
+        let Self { scene, packet, hits, solids, .. } = self;
+        let mut work = Work::default();
+        let Some(last) = rays.len().checked_sub(1) else { return };
+        hits.clear(std::array::from_fn(|lane| end(lane.min(last))));
+        for lane in 0..PACKET {
+            packet.rays().set(lane, &rays[lane.min(last)]);
+        }
+        let lanes = u32::MAX >> (31 - last);
+        dispatch!(scene.level, simd => {
+            packet.trace(simd, &scene.compiled, lanes, ask, hits, solids, &mut work);
+        });
+        self.note(work);
+    }
+
+    fn note(&mut self, work: Work) {
+        self.counters.box_tests += work.boxes;
+        self.counters.primitive_tests += work.primitives;
+    }
+
+    /// What a lane has hit.
+    fn hit(&mut self, lane: usize, world_ray: &Ray) -> Option<Hit> {
+        let place = self.hits.found(lane)?;
+        let Place { item: last, .. } = place;
+        self.hits.items(place, &mut self.items);
+        let compiled = &self.scene.compiled;
+        let mut ray = *world_ray;
+        let mut surface = Surface::default();
+        let mut depth = 0;
+        for item in &self.items {
+            let item = &compiled.items[*item as usize];
+            ray = lanes::transform(&ray, &item.item_from_super);
+            depth += item.depth;
+            let terms = item.paint.map_or(&[][..], |paint| &compiled.paints[paint as usize]);
+            terms.iter().for_each(|(term, value)| surface.set(*term, *value));
+        }
+        let item = &compiled.items[last as usize];
+        let (t, normal, node) = match item.content {
+            Content::Shape(shape) => {
+                let spans = crate::shapes::spans(&compiled.shapes[shape as usize], &ray);
+                let end = spans.iter().flat_map(|span| [span.enter, span.exit]).find(|end| end.t > 0.0)?;
+                (end.t, end.normal, item.node)
+            }
+            Content::Solid(solid) => {
+                let hit = self.solids.hit(&compiled.solids[solid as usize], &ray, f64::INFINITY, surface)?;
+                depth += hit.depth;
+                surface = hit.surface;
+                (hit.t, hit.normal, hit.node)
+            }
+            Content::Super(_) => unreachable!("super-nodes are entered, not hit"),
+        };
+        let up = |normal: DVec3, item: &u32| {
+            compiled.items[*item as usize].item_from_super.matrix3.transpose() * normal
+        };
+        let normal = self.items.iter().rev().fold(normal, up);
+        let normal = walk::unit(normal).unwrap_or(-world_ray.direction);
+        Some(Hit { t, point: world_ray.at(t), normal, surface, node, depth })
+    }
+
+    /// What was counted since the tracer was made or its counters were taken, but for what solids cost.
+    pub fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    /// What was counted since the tracer was made or its counters were taken.
+    pub fn take_counters(&mut self) -> Counters {
+        let mut counters = std::mem::take(&mut self.counters);
+        let solids = self.solids.take_counters();
+        counters.box_tests += solids.box_tests;
+        counters.primitive_tests += solids.primitive_tests;
+        counters
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use csg_graph::{Expr, GraphBuilder, PrimitiveKind, TransformKind};
+    use csg_graph_bounds::{Limits, exact};
+    use fearless_simd::Simd;
+
+    use super::*;
+
+    /// A tower of one primitive in every orientation.
+    fn tower(kind: PrimitiveKind) -> Graph {
+        let mut builder = GraphBuilder::new();
+        let n = builder.param("n", 12.0);
+        let symbol = builder.symbol("X");
+        let primitive = builder.primitive(kind, []);
+        let smaller = builder.transform(TransformKind::Scale, [0.8, 0.7, -0.75].map(Expr::from), symbol);
+        let turned = builder.transform(TransformKind::Rot, [1.0, 2.0, 3.0, 50.0].map(Expr::from), smaller);
+        let moved = builder.transform(TransformKind::Move, [0.3, -0.4, 1.0].map(Expr::from), turned);
+        let rest = builder.calculate([(n, Expr::from(n) - 1.0)], moved);
+        let both = builder.operator(csg_graph::Operator::Union, primitive, rest);
+        builder.rules(symbol, Some(Expr::choose(Expr::from(n).gt(0.0), 1.0, 2.0)), [both, primitive]);
+        builder.finish(symbol).unwrap()
+    }
+
+    #[test]
+    fn all_levels_of_vector_instructions_have_the_same_hits() {
+        let best = Level::new();
+        let levels = [
+            Some(best),
+            best.as_avx2().map(|simd| simd.level()),
+            best.as_sse4_2().map(|simd| simd.level()),
+            best.as_sse2().map(|simd| simd.level()),
+        ];
+        for kind in [
+            PrimitiveKind::Sphere,
+            PrimitiveKind::Cylinder,
+            PrimitiveKind::Cone,
+            PrimitiveKind::Cube,
+            PrimitiveKind::Dodecahedron,
+        ] {
+            let graph = tower(kind);
+            let mut hits: Vec<Vec<Option<Hit>>> = Vec::new();
+            for level in levels.into_iter().flatten() {
+                let boxes = exact(&graph, &Limits::default()).unwrap();
+                let scene = Accelerated { level, ..Accelerated::new(&graph, boxes, 4096).unwrap() };
+                let mut tracer = scene.tracer();
+                let mut found = Vec::new();
+                for row in 0..64 {
+                    let rays: Vec<Ray> = (0..PACKET)
+                        .map(|column| Ray {
+                            origin: DVec3::new(9.0, 7.0, 3.0),
+                            direction: DVec3::new(-9.0, column as f64 * 0.3 - 9.5, row as f64 * 0.1 - 5.0),
+                        })
+                        .collect();
+                    let mut packet = vec![None; PACKET];
+                    tracer.nearest_of(&rays, &mut packet);
+                    for (ray, hit) in rays.iter().zip(&packet) {
+                        assert_eq!(tracer.nearest(ray), *hit, "alone and in a packet");
+                    }
+                    found.extend(packet);
+                }
+                assert!(found.iter().flatten().count() > 100, "{kind:?}");
+                hits.push(found);
+            }
+            assert!(hits.iter().all(|found| *found == hits[0]), "{kind:?}");
+        }
+    }
+}

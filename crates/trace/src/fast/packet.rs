@@ -1,0 +1,274 @@
+//! Sixteen rays through super-nodes together: each box at once against all of them.
+//!
+//! Neighbouring rays of a picture meet the same boxes. They share what is the same for all, memory, branches and the order
+//! of the children, and the arithmetic is done in vectors. Where only a few are left, they go on [alone](super::single).
+//!
+//! The rays of a packet need not agree in the signs of their directions, but the test of a box has near and far planes;
+//! so those that agree go together, and at each super-node, whose frame may be turned, they are sorted anew.
+
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16};
+
+use super::compile::{Compiled, Content, Item};
+use super::frame::{Floats, NarrowRays, float_bits};
+use super::hits::{Hits, Place};
+use super::lanes::{HALF, LANES, Lanes, Mask};
+use super::shapes::{self, bits};
+use super::single::{self, Single};
+use super::solid::Solids;
+use super::tree::{Child, Node, WIDTH};
+use super::{Ask, Work};
+
+/// With fewer rays than this, each goes on alone.
+const FEW: u32 = 3;
+
+/// The rays of one sign of direction that meet a box.
+#[derive(Clone, Copy, Debug)]
+struct Open {
+    /// Where each meets it; infinite for the others.
+    near: Floats,
+    nearest: f32,
+    child: Child,
+    level: u32,
+    /// Which coordinates fall.
+    falling: [bool; 3],
+}
+
+/// The memory of packets.
+#[derive(Debug, Default)]
+pub(super) struct Packet {
+    levels: Vec<NarrowRays>,
+    stack: Vec<Open>,
+    single: Single,
+}
+
+impl Packet {
+    /// The rays of the next packet.
+    pub(super) fn rays(&mut self) -> &mut super::lanes::Rays {
+        if self.levels.is_empty() {
+            self.levels.push(NarrowRays::EMPTY);
+        }
+        &mut self.levels[0].rays
+    }
+
+    /// Follows the rays of the set from the root.
+    #[inline(always)]
+    pub(super) fn trace<S: Simd>(
+        &mut self,
+        simd: S,
+        compiled: &Compiled,
+        lanes: Mask,
+        ask: Ask,
+        hits: &mut Hits,
+        solids: &mut Solids<'_>,
+        work: &mut Work,
+    ) {
+        self.stack.clear();
+        self.levels[0].way = super::hits::START;
+        self.enter(simd, compiled, 0, 0, lanes, hits);
+        while let Some(open) = self.stack.pop() {
+            let level = open.level;
+            let rays = &mut self.levels[level as usize];
+            if rays.changes != hits.changes {
+                rays.changes = hits.changes;
+                rays.set_end(simd, &hits.t);
+            }
+            let mut lanes = float_bits(open.near.load(simd).simd_le(rays.end.load(simd)));
+            if lanes == 0 {
+                continue;
+            }
+            if lanes.count_ones() < FEW {
+                while lanes != 0 {
+                    let lane = lanes.trailing_zeros() as usize % LANES;
+                    lanes &= lanes - 1;
+                    let start = (self.levels[level as usize].lane(lane), open.child);
+                    self.single.trace(simd, compiled, start, (ask, lane), hits, solids, work);
+                }
+                continue;
+            }
+            let at = match open.child.get() {
+                Err(node) => {
+                    let node = &compiled.nodes[node];
+                    work.boxes += u64::from(node.count * lanes.count_ones());
+                    push(simd, &mut self.stack, node, rays, &open);
+                    continue;
+                }
+                Ok(at) => at,
+            };
+            let item = &compiled.items[at];
+            let place =
+                Place { way: rays.way, item: u32::try_from(at).expect("items are numbered in 31 bits") };
+            match item.content {
+                Content::Super(number) => {
+                    let way = hits.enter(place.way, place.item);
+                    self.descend(simd, item, level as usize, way);
+                    self.enter(simd, compiled, number, level + 1, lanes, hits);
+                }
+                Content::Solid(solid) => {
+                    let state = &compiled.solids[solid as usize];
+                    each(lanes, |lane| {
+                        let ray = super::lanes::transform(&rays.rays.get(lane), &item.item_from_super);
+                        if let Some(t) = solids.first(state, &ray, hits.t.0[lane]) {
+                            take(hits, ask, lane, t, place);
+                        }
+                    });
+                }
+                Content::Shape(shape) => {
+                    work.primitives += u64::from(lanes.count_ones());
+                    let mut t = Lanes::ZERO;
+                    let mut met = 0;
+                    for half in 0..2 {
+                        if lanes >> (half * HALF) & 0xff == 0 {
+                            continue;
+                        }
+                        let [origin, direction] = rays.rays.half(simd, half);
+                        let ray = [
+                            origin.transform_point(&item.item_from_super),
+                            direction.transform_vector(&item.item_from_super),
+                        ];
+                        let Some(span) = shapes::span(simd, &compiled.shapes[shape as usize], ray) else {
+                            each(lanes >> (half * HALF) & 0xff, |lane| {
+                                let lane = half * HALF + lane;
+                                let ray =
+                                    super::lanes::transform(&rays.rays.get(lane), &item.item_from_super);
+                                let spans = crate::shapes::spans(&compiled.shapes[shape as usize], &ray);
+                                if let Some(first) = single::first(&spans) {
+                                    t.0[lane] = first;
+                                    met |= 1 << lane;
+                                }
+                            });
+                            continue;
+                        };
+                        let (first, valid) = shapes::first(simd, span);
+                        t.set_half(half, first);
+                        let before = bits(first.simd_le(hits.t.half(simd, half)));
+                        met |= (valid & before) << (half * HALF);
+                    }
+                    each(met & lanes, |lane| take(hits, ask, lane, t.0[lane], place));
+                }
+            }
+        }
+    }
+
+    /// Maps all rays of a level into the frame of an item, for the next level.
+    #[inline(always)]
+    fn descend<S: Simd>(&mut self, simd: S, item: &Item, level: usize, way: u32) {
+        if self.levels.len() < level + 2 {
+            self.levels.push(NarrowRays::EMPTY);
+        }
+        let [above, below] = &mut self.levels[level..level + 2] else {
+            unreachable!("both levels are there")
+        };
+        for half in 0..2 {
+            let [origin, direction] = above.rays.half(simd, half);
+            below.rays.set_half(
+                half,
+                origin.transform_point(&item.item_from_super),
+                direction.transform_vector(&item.item_from_super),
+            );
+        }
+        below.way = way;
+    }
+
+    /// Opens a super-node for rays that are in its frame already.
+    #[inline(always)]
+    fn enter<S: Simd>(
+        &mut self,
+        simd: S,
+        compiled: &Compiled,
+        number: u32,
+        level: u32,
+        lanes: Mask,
+        hits: &Hits,
+    ) {
+        let ball = &compiled.supers[number as usize];
+        let Some(child) = ball.root else { return };
+        let rays = &mut self.levels[level as usize];
+        let mut met = rays.narrow(simd, ball, lanes);
+        if met == 0 {
+            return;
+        }
+        rays.changes = hits.changes;
+        rays.set_end(simd, &hits.t);
+        let falling = rays.falling(simd);
+        while met != 0 {
+            let lead = met.trailing_zeros();
+            let mut alike = met;
+            let signs = falling.map(|set| {
+                let falls = set >> lead & 1 == 1;
+                alike &= if falls { set } else { !set };
+                falls
+            });
+            met &= !alike;
+            let mut near = Floats([f32::INFINITY; LANES]);
+            each(alike, |lane| near.0[lane] = f32::NEG_INFINITY);
+            self.stack.push(Open { near, nearest: f32::NEG_INFINITY, child, level, falling: signs });
+        }
+    }
+}
+
+#[inline(always)]
+fn take(hits: &mut Hits, ask: Ask, lane: usize, t: f64, place: Place) {
+    match ask {
+        Ask::Nearest => hits.offer(lane, t, place),
+        Ask::Any if t < hits.t.0[lane] => hits.stop(lane, place),
+        Ask::Any => {}
+    }
+}
+
+/// For each lane of a set.
+#[inline(always)]
+fn each(mut lanes: Mask, mut action: impl FnMut(usize)) {
+    while lanes != 0 {
+        action(lanes.trailing_zeros() as usize % LANES);
+        lanes &= lanes - 1;
+    }
+}
+
+#[inline(always)]
+fn load<S: Simd>(simd: S, floats: &[Floats; 3]) -> [f32x16<S>; 3] {
+    [floats[0].load(simd), floats[1].load(simd), floats[2].load(simd)]
+}
+
+/// Puts the children of a node that rays of the set meet on the stack, the nearest last.
+#[inline(always)]
+fn push<S: Simd>(simd: S, stack: &mut Vec<Open>, node: &Node, rays: &NarrowRays, open: &Open) {
+    let inverse = load(simd, &rays.inverse);
+    let near_offset = load(simd, &rays.near_offset);
+    let far_offset = load(simd, &rays.far_offset);
+    // Rays that are not of the set have met the node nowhere.
+    let start = rays.start.load(simd).max(open.near.load(simd));
+    let end = rays.end.load(simd);
+    let near_planes = node.near_planes(open.falling);
+    let far_planes = node.far_planes(open.falling);
+    let first = stack.len();
+    for slot in 0..(node.count as usize).min(WIDTH) {
+        let mut near = start;
+        let mut far = end;
+        for axis in 0..3 {
+            let near_plane = f32x16::splat(simd, near_planes[axis][slot]);
+            let far_plane = f32x16::splat(simd, far_planes[axis][slot]);
+            near = near_plane.mul_add(inverse[axis], near_offset[axis]).max(near);
+            far = far_plane.mul_add(inverse[axis], far_offset[axis]).min(far);
+        }
+        let met = near.simd_le(far);
+        let set = float_bits(met);
+        if set == 0 {
+            continue;
+        }
+        let near = met.select(near, f32x16::splat(simd, f32::INFINITY));
+        let nearest = near.reduce_min();
+        let new = Open {
+            near: Floats::from_vector(near),
+            nearest,
+            child: node.children[slot],
+            level: open.level,
+            falling: open.falling,
+        };
+        stack.push(new);
+        let mut at = stack.len() - 1;
+        while at > first && stack[at - 1].nearest < nearest {
+            stack.swap(at, at - 1);
+            at -= 1;
+        }
+    }
+}

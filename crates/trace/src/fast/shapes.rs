@@ -1,0 +1,156 @@
+//! The first boundary of a primitive on eight rays: [`crate::shapes`], operation by operation, with choices in place of
+//! branches.
+
+use csg_graph::{Hull, Primitive};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f64x8, mask64x8};
+
+use super::lanes::Vec3x8;
+
+/// Where eight lines are inside of a convex solid: from the first to the second, if that is greater.
+pub(super) type Span<S> = [f64x8<S>; 2];
+
+/// The first boundary in front of the origin, and for which rays there is one.
+#[inline(always)]
+pub(super) fn first<S: Simd>(simd: S, [enter, exit]: Span<S>) -> (f64x8<S>, u32) {
+    let zero = f64x8::splat(simd, 0.0);
+    let t = enter.simd_gt(zero).select(enter, exit);
+    let valid = enter.simd_lt(exit) & t.simd_gt(zero);
+    (t, bits(valid))
+}
+
+/// The set of lanes of a mask.
+#[inline(always)]
+#[expect(clippy::cast_possible_truncation, reason = "eight bits")]
+pub(super) fn bits<S: Simd>(mask: mask64x8<S>) -> u32 {
+    mask.to_bitmask() as u32
+}
+
+/// The span of a primitive, if its kind is one that is computed side by side.
+#[inline(always)]
+pub(super) fn span<S: Simd>(simd: S, primitive: &Primitive, ray: [Vec3x8<S>; 2]) -> Option<Span<S>> {
+    Some(match primitive {
+        Primitive::Sphere => sphere(simd, ray),
+        Primitive::Cylinder => cylinder(simd, ray),
+        Primitive::Cone => cone(simd, ray),
+        Primitive::Cube => cube(simd, ray),
+        Primitive::Hull(solid) => hull(simd, solid, ray),
+        _ => return None,
+    })
+}
+
+#[inline(always)]
+fn sphere<S: Simd>(simd: S, [origin, direction]: [Vec3x8<S>; 2]) -> Span<S> {
+    let squared_length = direction.dot(direction);
+    let middle = -origin.dot(direction) / squared_length;
+    let closest = origin.at(direction, middle);
+    let half = ((f64x8::splat(simd, 1.0) - closest.dot(closest)) / squared_length).sqrt();
+    [middle + -half, middle + half]
+}
+
+#[inline(always)]
+fn cube<S: Simd>(simd: S, [origin, direction]: [Vec3x8<S>; 2]) -> Span<S> {
+    let x = slab(simd, origin.x, direction.x, -1.0, 1.0);
+    let y = slab(simd, origin.y, direction.y, -1.0, 1.0);
+    let z = slab(simd, origin.z, direction.z, -1.0, 1.0);
+    clip(clip(x, y), z)
+}
+
+#[inline(always)]
+fn cylinder<S: Simd>(simd: S, [origin, direction]: [Vec3x8<S>; 2]) -> Span<S> {
+    let caps = slab(simd, origin.z, direction.z, 0.0, 1.0);
+    let (one, zero) = (f64x8::splat(simd, 1.0), f64x8::splat(simd, 0.0));
+    let squared_length = direction.x * direction.x + direction.y * direction.y;
+    let middle = -(origin.x * direction.x + origin.y * direction.y) / squared_length;
+    let (x, y) = (origin.x + direction.x * middle, origin.y + direction.y * middle);
+    let squared_half = (one - (x * x + y * y)) / squared_length;
+    let half = squared_half.sqrt();
+    let is_met = squared_half.simd_gt(zero);
+    let is_along = squared_length.simd_eq(zero);
+    let is_within = (origin.x * origin.x + origin.y * origin.y).simd_lt(one);
+    let side = choose_line(simd, is_along, is_within, keep(simd, is_met, [middle + -half, middle + half]));
+    clip(caps, side)
+}
+
+#[inline(always)]
+fn cone<S: Simd>(simd: S, [origin, direction]: [Vec3x8<S>; 2]) -> Span<S> {
+    const SLOPE: f64 = -1.0;
+    let splat = |value| f64x8::splat(simd, value);
+    let (zero, infinity) = (splat(0.0), splat(f64::INFINITY));
+    let caps = slab(simd, origin.z, direction.z, 0.0, 1.0);
+    let to_middle = Vec3x8 { x: zero - origin.x, y: zero - origin.y, z: splat(0.5) - origin.z };
+    let middle = to_middle.dot(direction) / direction.dot(direction);
+    let p = origin.at(direction, middle);
+    let (radius, growth) = (p.z * SLOPE + 1.0, direction.z * SLOPE);
+    let a = (direction.x * direction.x + direction.y * direction.y) - growth * growth;
+    let b = (p.x * direction.x + p.y * direction.y) - radius * growth;
+    let c = (p.x * p.x + p.y * p.y) - radius * radius;
+    let discriminant = b * b - a * c;
+    let is_flat = a.simd_ge(zero);
+    let is_met = discriminant.simd_gt(zero) | a.simd_lt(zero);
+    let root = discriminant.simd_gt(zero).select(discriminant, zero).sqrt().copysign(b);
+    let q = -(b + root);
+    let is_zero = q.simd_eq(zero);
+    let one_root = is_zero.select(zero, q / a);
+    let other_root = is_zero.select(zero, c / q);
+    let swapped = other_root.simd_lt(one_root);
+    let first = swapped.select(other_root, one_root);
+    let second = swapped.select(one_root, other_root);
+    let shrinks = growth.simd_lt(zero);
+    let enter = is_flat.select(middle + first, shrinks.select(-infinity, middle + second));
+    let exit = is_flat.select(middle + second, shrinks.select(middle + first, infinity));
+    let is_tangent = a.simd_eq(zero) & b.simd_eq(zero);
+    let side = choose_line(simd, is_tangent, c.simd_lt(zero), keep(simd, is_met, [enter, exit]));
+    clip(caps, side)
+}
+
+#[inline(always)]
+fn hull<S: Simd>(simd: S, hull: &Hull, [origin, direction]: [Vec3x8<S>; 2]) -> Span<S> {
+    let zero = f64x8::splat(simd, 0.0);
+    let infinity = f64x8::splat(simd, f64::INFINITY);
+    let mut span = [-infinity, infinity];
+    for face in hull.faces() {
+        let distance = f64x8::splat(simd, face.offset) - origin.dot_constant(face.normal);
+        let approach = direction.dot_constant(face.normal);
+        let t = distance / approach;
+        let enters = approach.simd_lt(zero);
+        let exits = approach.simd_gt(zero);
+        let along = !(enters | exits) & !(approach.simd_eq(zero) & distance.simd_gt(zero));
+        span[0] = (enters & t.simd_gt(span[0])).select(t, span[0]);
+        span[1] = (exits & t.simd_lt(span[1])).select(t, span[1]);
+        span[1] = along.select(-infinity, span[1]);
+    }
+    span
+}
+
+/// The part of the lines where `min` ≤ coordinate < `max`.
+#[inline(always)]
+fn slab<S: Simd>(simd: S, origin: f64x8<S>, direction: f64x8<S>, min: f64, max: f64) -> Span<S> {
+    let (min, max) = (f64x8::splat(simd, min), f64x8::splat(simd, max));
+    let zero = f64x8::splat(simd, 0.0);
+    let low = (min - origin) / direction;
+    let high = (max - origin) / direction;
+    let forward = direction.simd_gt(zero);
+    let span = [forward.select(low, high), forward.select(high, low)];
+    let is_within = min.simd_le(origin) & origin.simd_lt(max);
+    choose_line(simd, direction.simd_eq(zero), is_within, span)
+}
+
+/// Where `across`, the whole line or nothing; elsewhere the span.
+#[inline(always)]
+fn choose_line<S: Simd>(simd: S, across: mask64x8<S>, is_within: mask64x8<S>, span: Span<S>) -> Span<S> {
+    let infinity = f64x8::splat(simd, f64::INFINITY);
+    let exit = is_within.select(infinity, -infinity);
+    [across.select(-infinity, span[0]), across.select(exit, span[1])]
+}
+
+/// The span where the condition holds, and nothing elsewhere.
+#[inline(always)]
+fn keep<S: Simd>(simd: S, condition: mask64x8<S>, [enter, exit]: Span<S>) -> Span<S> {
+    [enter, condition.select(exit, f64x8::splat(simd, f64::NEG_INFINITY))]
+}
+
+/// What is in both.
+#[inline(always)]
+fn clip<S: Simd>(a: Span<S>, b: Span<S>) -> Span<S> {
+    [b[0].simd_gt(a[0]).select(b[0], a[0]), b[1].simd_lt(a[1]).select(b[1], a[1])]
+}

@@ -1,0 +1,148 @@
+//! One ray through super-nodes: the boxes of all children of a node at once.
+//!
+//! For rays that go their own way, and for the few of a packet that are left in some corner of the scene.
+
+use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8};
+
+use super::compile::{Compiled, Content};
+use super::frame::Narrow;
+use super::hits::{Hits, Place};
+use super::lanes::transform;
+use super::solid::Solids;
+use super::tree::{Child, Node, WIDTH};
+use super::{Ask, Work};
+use crate::{Ray, shapes};
+
+/// What is left to do.
+#[derive(Clone, Copy, Debug)]
+struct Open {
+    near: f32,
+    child: Child,
+    level: u32,
+}
+
+/// The memory of single rays.
+#[derive(Debug, Default)]
+pub(super) struct Single {
+    /// The ray in the super-nodes that it is in, one inside of the other.
+    levels: Vec<Narrow>,
+    stack: Vec<Open>,
+}
+
+impl Single {
+    /// Follows a ray from a child of the super-node that it is in.
+    #[inline(always)]
+    pub(super) fn trace<S: Simd>(
+        &mut self,
+        simd: S,
+        compiled: &Compiled,
+        (narrow, child): (Narrow, Child),
+        (ask, lane): (Ask, usize),
+        hits: &mut Hits,
+        solids: &mut Solids<'_>,
+        work: &mut Work,
+    ) {
+        self.levels.clear();
+        self.stack.clear();
+        self.levels.push(narrow);
+        self.stack.push(Open { near: f32::NEG_INFINITY, child, level: 0 });
+        let (mut level, mut changes) = (0, hits.changes);
+        let mut end = narrow.end(hits.t.0[lane]);
+        while let Some(open) = self.stack.pop() {
+            if open.level != level || hits.changes != changes {
+                (level, changes) = (open.level, hits.changes);
+                self.levels.truncate(level as usize + 1);
+                end = self.levels[level as usize].end(hits.t.0[lane]);
+            }
+            if open.near > end {
+                continue;
+            }
+            let narrow = &self.levels[level as usize];
+            let at = match open.child.get() {
+                Err(node) => {
+                    let node = &compiled.nodes[node];
+                    work.boxes += u64::from(node.count);
+                    let (near, met) = met(simd, node, narrow, end);
+                    push(&mut self.stack, node, near, met, level);
+                    continue;
+                }
+                Ok(at) => at,
+            };
+            let item = &compiled.items[at];
+            let place =
+                Place { way: narrow.way, item: u32::try_from(at).expect("items are numbered in 31 bits") };
+            let ray = transform(&narrow.ray, &item.item_from_super);
+            let hit = match item.content {
+                Content::Super(number) => {
+                    let below = &compiled.supers[number as usize];
+                    if let Some(root) = below.root
+                        && let Some(narrow) = Narrow::new(ray, below, hits.enter(place.way, place.item))
+                    {
+                        self.levels.push(narrow);
+                        self.stack.push(Open { near: f32::NEG_INFINITY, child: root, level: level + 1 });
+                    }
+                    continue;
+                }
+                Content::Solid(solid) => solids.first(&compiled.solids[solid as usize], &ray, hits.t.0[lane]),
+                Content::Shape(shape) => {
+                    work.primitives += 1;
+                    first(&shapes::spans(&compiled.shapes[shape as usize], &ray))
+                }
+            };
+            match (hit, ask) {
+                (Some(t), Ask::Nearest) => hits.offer(lane, t, place),
+                (Some(t), Ask::Any) if t < hits.t.0[lane] => return hits.stop(lane, place),
+                _ => {}
+            }
+        }
+    }
+
+    /// A ray from the root.
+    #[inline(always)]
+    pub(super) fn narrowed(compiled: &Compiled, ray: &Ray) -> Option<(Narrow, Child)> {
+        let root = &compiled.supers[0];
+        Some((Narrow::new(*ray, root, super::hits::START)?, root.root?))
+    }
+}
+
+/// The first boundary in front of the origin.
+pub(super) fn first(spans: &shapes::Spans) -> Option<f64> {
+    spans.iter().flat_map(|span| [span.enter.t, span.exit.t]).find(|t| *t > 0.0)
+}
+
+/// Which children of a node a ray meets before `end`, and where.
+#[inline(always)]
+#[expect(clippy::cast_possible_truncation, reason = "eight bits")]
+fn met<S: Simd>(simd: S, node: &Node, ray: &Narrow, end: f32) -> ([f32; WIDTH], u32) {
+    let mut near = f32x8::splat(simd, ray.start);
+    let mut far = f32x8::splat(simd, end);
+    let near_planes = node.near_planes(ray.falling());
+    let far_planes = node.far_planes(ray.falling());
+    for axis in 0..3 {
+        let inverse = f32x8::splat(simd, ray.inverse[axis]);
+        let near_plane = f32x8::from_slice(simd, near_planes[axis]);
+        let far_plane = f32x8::from_slice(simd, far_planes[axis]);
+        near = near_plane.mul_add(inverse, f32x8::splat(simd, ray.near_offset[axis])).max(near);
+        far = far_plane.mul_add(inverse, f32x8::splat(simd, ray.far_offset[axis])).min(far);
+    }
+    let met = near.simd_le(far).to_bitmask() as u32 & ((1 << node.count) - 1);
+    (*near, met)
+}
+
+/// Puts children on the stack, the nearest last.
+#[inline(always)]
+fn push(stack: &mut Vec<Open>, node: &Node, near: [f32; WIDTH], mut met: u32, level: u32) {
+    let first = stack.len();
+    while met != 0 {
+        let slot = met.trailing_zeros() as usize % WIDTH;
+        met &= met - 1;
+        let open = Open { near: near[slot], child: node.children[slot], level };
+        stack.push(open);
+        let mut at = stack.len() - 1;
+        while at > first && stack[at - 1].near < open.near {
+            stack[at] = stack[at - 1];
+            at -= 1;
+        }
+        stack[at] = open;
+    }
+}
