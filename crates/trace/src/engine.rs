@@ -19,14 +19,14 @@ pub enum Engine<'a> {
 /// What a thread asks.
 #[derive(Debug)]
 pub(crate) enum Tracer<'a> {
-    Reference(Walk<'a>),
+    Reference(Box<Walk<'a>>),
     Fast(Box<fast::Tracer<'a>>),
 }
 
 impl<'a> Engine<'a> {
     pub(crate) fn tracer(self) -> Tracer<'a> {
         match self {
-            Self::Reference(graph, boxes) => Tracer::Reference(Walk::new(graph, boxes)),
+            Self::Reference(graph, boxes) => Tracer::Reference(Box::new(Walk::new(graph, boxes))),
             Self::Fast(accelerated) => Tracer::Fast(Box::new(accelerated.tracer())),
         }
     }
@@ -35,7 +35,7 @@ impl<'a> Engine<'a> {
     pub(crate) fn side(self) -> u32 {
         match self {
             Self::Reference(..) => 1,
-            Self::Fast(_) => fast::PACKET.isqrt() as u32,
+            Self::Fast(_) => fast::SIDE,
         }
     }
 }

@@ -180,7 +180,7 @@ impl Painter<'_> {
                 }
                 let place =
                     |(x, y): (u32, u32)| (y - rows.start) as usize * width + (x - columns.start) as usize;
-                self.expose(brush, |pixel| place(pixel), &mut exposures, &mut extremes)?;
+                self.expose(brush, place, &mut exposures, &mut extremes)?;
             }
         }
         let samples = f64::from(self.settings.samples);

@@ -52,6 +52,7 @@ impl Hits {
 
     /// Takes a hit if it is before the one that is known, or at the same t and left of it in the graph.
     #[inline(always)]
+    #[expect(clippy::float_cmp, reason = "what differs by an ulp is not at the same t")]
     pub(super) fn offer(&mut self, lane: usize, t: f64, place: Place) {
         let best = self.t.0[lane];
         if t < best || t == best && self.is_left(place, self.found[lane]) {

@@ -29,6 +29,9 @@ use crate::{Counters, Hit, Ray, Surface, Walk, walk};
 /// Rays that are traced together.
 pub const PACKET: usize = lanes::LANES;
 
+/// The side of a square of as many pixels.
+pub(crate) const SIDE: u32 = 4;
+
 /// A graph compiled for tracing.
 #[derive(Debug)]
 pub struct Accelerated<'a> {
@@ -52,6 +55,27 @@ enum Ask {
 struct Work {
     boxes: u64,
     primitives: u64,
+}
+
+/// A question about the rays of a packet, and where answers go.
+struct Inquiry<'t, 'a> {
+    compiled: &'t Compiled,
+    ask: Ask,
+    hits: &'t mut Hits,
+    solids: &'t mut Solids<'a>,
+    work: Work,
+}
+
+impl Inquiry<'_, '_> {
+    /// Notes that a ray meets an item at t.
+    #[inline(always)]
+    fn answer(&mut self, lane: usize, t: f64, place: Place) {
+        match self.ask {
+            Ask::Nearest => self.hits.offer(lane, t, place),
+            Ask::Any if t < self.hits.t.0[lane] => self.hits.stop(lane, place),
+            Ask::Any => {}
+        }
+    }
 }
 
 impl<'a> Accelerated<'a> {
@@ -138,28 +162,26 @@ impl Tracer<'_> {
 
     fn trace_one(&mut self, ray: &Ray, end: f64, ask: Ask) {
         let Self { scene, single, hits, solids, .. } = self;
-        let mut work = Work::default();
         hits.clear([end; PACKET]);
-        let Some(start) = Single::narrowed(&scene.compiled, ray) else { return };
-        dispatch!(scene.level, simd => {
-            single.trace(simd, &scene.compiled, start, (ask, 0), hits, solids, &mut work);
-        });
+        let Some(start) = Single::start(&scene.compiled, ray) else { return };
+        let mut inquiry = Inquiry { compiled: &scene.compiled, ask, hits, solids, work: Work::default() };
+        dispatch!(scene.level, simd => single.trace(simd, &mut inquiry, 0, start));
+        let work = inquiry.work;
         self.note(work);
     }
 
     fn trace_packet(&mut self, rays: &[Ray], end: impl Fn(usize) -> f64, ask: Ask) {
         assert!(rays.len() <= PACKET, "a packet has {PACKET} rays");
         let Self { scene, packet, hits, solids, .. } = self;
-        let mut work = Work::default();
-        let Some(last) = rays.len().checked_sub(1) else { return };
+        let Some(last) = rays.len().checked_sub(1) else { return hits.clear([0.0; PACKET]) };
         hits.clear(std::array::from_fn(|lane| end(lane.min(last))));
         for lane in 0..PACKET {
             packet.rays().set(lane, &rays[lane.min(last)]);
         }
         let lanes = u32::MAX >> (31 - last);
-        dispatch!(scene.level, simd => {
-            packet.trace(simd, &scene.compiled, lanes, ask, hits, solids, &mut work);
-        });
+        let mut inquiry = Inquiry { compiled: &scene.compiled, ask, hits, solids, work: Work::default() };
+        dispatch!(scene.level, simd => packet.trace(simd, &mut inquiry, lanes));
+        let work = inquiry.work;
         self.note(work);
     }
 

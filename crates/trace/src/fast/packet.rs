@@ -8,15 +8,14 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16};
 
-use super::compile::{Compiled, Content, Item};
+use super::Inquiry;
+use super::compile::{Content, Item, SuperNode};
 use super::frame::{Floats, NarrowRays, float_bits};
-use super::hits::{Hits, Place};
-use super::lanes::{HALF, LANES, Lanes, Mask};
+use super::hits::{Hits, Place, START};
+use super::lanes::{HALF, LANES, Lanes, Mask, Rays, transform};
 use super::shapes::{self, bits};
 use super::single::{self, Single};
-use super::solid::Solids;
 use super::tree::{Child, Node, WIDTH};
-use super::{Ask, Work};
 
 /// With fewer rays than this, each goes on alone.
 const FEW: u32 = 3;
@@ -43,7 +42,7 @@ pub(super) struct Packet {
 
 impl Packet {
     /// The rays of the next packet.
-    pub(super) fn rays(&mut self) -> &mut super::lanes::Rays {
+    pub(super) fn rays(&mut self) -> &mut Rays {
         if self.levels.is_empty() {
             self.levels.push(NarrowRays::EMPTY);
         }
@@ -52,25 +51,17 @@ impl Packet {
 
     /// Follows the rays of the set from the root.
     #[inline(always)]
-    pub(super) fn trace<S: Simd>(
-        &mut self,
-        simd: S,
-        compiled: &Compiled,
-        lanes: Mask,
-        ask: Ask,
-        hits: &mut Hits,
-        solids: &mut Solids<'_>,
-        work: &mut Work,
-    ) {
+    pub(super) fn trace<S: Simd>(&mut self, simd: S, inquiry: &mut Inquiry<'_, '_>, lanes: Mask) {
+        let compiled = inquiry.compiled;
         self.stack.clear();
-        self.levels[0].way = super::hits::START;
-        self.enter(simd, compiled, 0, 0, lanes, hits);
+        self.levels[0].way = START;
+        self.enter(simd, &compiled.supers[0], 0, lanes, inquiry.hits);
         while let Some(open) = self.stack.pop() {
             let level = open.level;
             let rays = &mut self.levels[level as usize];
-            if rays.changes != hits.changes {
-                rays.changes = hits.changes;
-                rays.set_end(simd, &hits.t);
+            if rays.changes != inquiry.hits.changes {
+                rays.changes = inquiry.hits.changes;
+                rays.set_end(simd, &inquiry.hits.t);
             }
             let mut lanes = float_bits(open.near.load(simd).simd_le(rays.end.load(simd)));
             if lanes == 0 {
@@ -81,14 +72,14 @@ impl Packet {
                     let lane = lanes.trailing_zeros() as usize % LANES;
                     lanes &= lanes - 1;
                     let start = (self.levels[level as usize].lane(lane), open.child);
-                    self.single.trace(simd, compiled, start, (ask, lane), hits, solids, work);
+                    self.single.trace(simd, inquiry, lane, start);
                 }
                 continue;
             }
             let at = match open.child.get() {
                 Err(node) => {
                     let node = &compiled.nodes[node];
-                    work.boxes += u64::from(node.count * lanes.count_ones());
+                    inquiry.work.boxes += u64::from(node.count * lanes.count_ones());
                     push(simd, &mut self.stack, node, rays, &open);
                     continue;
                 }
@@ -99,21 +90,21 @@ impl Packet {
                 Place { way: rays.way, item: u32::try_from(at).expect("items are numbered in 31 bits") };
             match item.content {
                 Content::Super(number) => {
-                    let way = hits.enter(place.way, place.item);
+                    let way = inquiry.hits.enter(place.way, place.item);
                     self.descend(simd, item, level as usize, way);
-                    self.enter(simd, compiled, number, level + 1, lanes, hits);
+                    self.enter(simd, &compiled.supers[number as usize], level + 1, lanes, inquiry.hits);
                 }
                 Content::Solid(solid) => {
                     let state = &compiled.solids[solid as usize];
                     each(lanes, |lane| {
-                        let ray = super::lanes::transform(&rays.rays.get(lane), &item.item_from_super);
-                        if let Some(t) = solids.first(state, &ray, hits.t.0[lane]) {
-                            take(hits, ask, lane, t, place);
+                        let ray = transform(&rays.rays.get(lane), &item.item_from_super);
+                        if let Some(t) = inquiry.solids.first(state, &ray, inquiry.hits.t.0[lane]) {
+                            inquiry.answer(lane, t, place);
                         }
                     });
                 }
                 Content::Shape(shape) => {
-                    work.primitives += u64::from(lanes.count_ones());
+                    inquiry.work.primitives += u64::from(lanes.count_ones());
                     let mut t = Lanes::ZERO;
                     let mut met = 0;
                     for half in 0..2 {
@@ -128,8 +119,7 @@ impl Packet {
                         let Some(span) = shapes::span(simd, &compiled.shapes[shape as usize], ray) else {
                             each(lanes >> (half * HALF) & 0xff, |lane| {
                                 let lane = half * HALF + lane;
-                                let ray =
-                                    super::lanes::transform(&rays.rays.get(lane), &item.item_from_super);
+                                let ray = transform(&rays.rays.get(lane), &item.item_from_super);
                                 let spans = crate::shapes::spans(&compiled.shapes[shape as usize], &ray);
                                 if let Some(first) = single::first(&spans) {
                                     t.0[lane] = first;
@@ -140,10 +130,10 @@ impl Packet {
                         };
                         let (first, valid) = shapes::first(simd, span);
                         t.set_half(half, first);
-                        let before = bits(first.simd_le(hits.t.half(simd, half)));
+                        let before = bits(first.simd_le(inquiry.hits.t.half(simd, half)));
                         met |= (valid & before) << (half * HALF);
                     }
-                    each(met & lanes, |lane| take(hits, ask, lane, t.0[lane], place));
+                    each(met & lanes, |lane| inquiry.answer(lane, t.0[lane], place));
                 }
             }
         }
@@ -171,16 +161,7 @@ impl Packet {
 
     /// Opens a super-node for rays that are in its frame already.
     #[inline(always)]
-    fn enter<S: Simd>(
-        &mut self,
-        simd: S,
-        compiled: &Compiled,
-        number: u32,
-        level: u32,
-        lanes: Mask,
-        hits: &Hits,
-    ) {
-        let ball = &compiled.supers[number as usize];
+    fn enter<S: Simd>(&mut self, simd: S, ball: &SuperNode, level: u32, lanes: Mask, hits: &Hits) {
         let Some(child) = ball.root else { return };
         let rays = &mut self.levels[level as usize];
         let mut met = rays.narrow(simd, ball, lanes);
@@ -203,15 +184,6 @@ impl Packet {
             each(alike, |lane| near.0[lane] = f32::NEG_INFINITY);
             self.stack.push(Open { near, nearest: f32::NEG_INFINITY, child, level, falling: signs });
         }
-    }
-}
-
-#[inline(always)]
-fn take(hits: &mut Hits, ask: Ask, lane: usize, t: f64, place: Place) {
-    match ask {
-        Ask::Nearest => hits.offer(lane, t, place),
-        Ask::Any if t < hits.t.0[lane] => hits.stop(lane, place),
-        Ask::Any => {}
     }
 }
 

@@ -4,13 +4,12 @@
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
+use super::Inquiry;
 use super::compile::{Compiled, Content};
 use super::frame::Narrow;
-use super::hits::{Hits, Place};
+use super::hits::{Place, START};
 use super::lanes::transform;
-use super::solid::Solids;
 use super::tree::{Child, Node, WIDTH};
-use super::{Ask, Work};
 use crate::{Ray, shapes};
 
 /// What is left to do.
@@ -30,29 +29,27 @@ pub(super) struct Single {
 }
 
 impl Single {
-    /// Follows a ray from a child of the super-node that it is in.
+    /// Follows a ray of a packet from a child of the super-node that it is in.
     #[inline(always)]
     pub(super) fn trace<S: Simd>(
         &mut self,
         simd: S,
-        compiled: &Compiled,
+        inquiry: &mut Inquiry<'_, '_>,
+        lane: usize,
         (narrow, child): (Narrow, Child),
-        (ask, lane): (Ask, usize),
-        hits: &mut Hits,
-        solids: &mut Solids<'_>,
-        work: &mut Work,
     ) {
+        let compiled = inquiry.compiled;
         self.levels.clear();
         self.stack.clear();
         self.levels.push(narrow);
         self.stack.push(Open { near: f32::NEG_INFINITY, child, level: 0 });
-        let (mut level, mut changes) = (0, hits.changes);
-        let mut end = narrow.end(hits.t.0[lane]);
+        let (mut level, mut changes) = (0, inquiry.hits.changes);
+        let mut end = narrow.end(inquiry.hits.t.0[lane]);
         while let Some(open) = self.stack.pop() {
-            if open.level != level || hits.changes != changes {
-                (level, changes) = (open.level, hits.changes);
+            if open.level != level || inquiry.hits.changes != changes {
+                (level, changes) = (open.level, inquiry.hits.changes);
                 self.levels.truncate(level as usize + 1);
-                end = self.levels[level as usize].end(hits.t.0[lane]);
+                end = self.levels[level as usize].end(inquiry.hits.t.0[lane]);
             }
             if open.near > end {
                 continue;
@@ -61,7 +58,7 @@ impl Single {
             let at = match open.child.get() {
                 Err(node) => {
                     let node = &compiled.nodes[node];
-                    work.boxes += u64::from(node.count);
+                    inquiry.work.boxes += u64::from(node.count);
                     let (near, met) = met(simd, node, narrow, end);
                     push(&mut self.stack, node, near, met, level);
                     continue;
@@ -76,32 +73,34 @@ impl Single {
                 Content::Super(number) => {
                     let below = &compiled.supers[number as usize];
                     if let Some(root) = below.root
-                        && let Some(narrow) = Narrow::new(ray, below, hits.enter(place.way, place.item))
+                        && let Some(narrow) =
+                            Narrow::new(ray, below, inquiry.hits.enter(place.way, place.item))
                     {
                         self.levels.push(narrow);
                         self.stack.push(Open { near: f32::NEG_INFINITY, child: root, level: level + 1 });
                     }
                     continue;
                 }
-                Content::Solid(solid) => solids.first(&compiled.solids[solid as usize], &ray, hits.t.0[lane]),
+                Content::Solid(solid) => {
+                    let end = inquiry.hits.t.0[lane];
+                    inquiry.solids.first(&compiled.solids[solid as usize], &ray, end)
+                }
                 Content::Shape(shape) => {
-                    work.primitives += 1;
+                    inquiry.work.primitives += 1;
                     first(&shapes::spans(&compiled.shapes[shape as usize], &ray))
                 }
             };
-            match (hit, ask) {
-                (Some(t), Ask::Nearest) => hits.offer(lane, t, place),
-                (Some(t), Ask::Any) if t < hits.t.0[lane] => return hits.stop(lane, place),
-                _ => {}
+            if let Some(t) = hit {
+                inquiry.answer(lane, t, place);
             }
         }
     }
 
-    /// A ray from the root.
+    /// A ray at the root.
     #[inline(always)]
-    pub(super) fn narrowed(compiled: &Compiled, ray: &Ray) -> Option<(Narrow, Child)> {
+    pub(super) fn start(compiled: &Compiled, ray: &Ray) -> Option<(Narrow, Child)> {
         let root = &compiled.supers[0];
-        Some((Narrow::new(*ray, root, super::hits::START)?, root.root?))
+        Some((Narrow::new(*ray, root, START)?, root.root?))
     }
 }
 
