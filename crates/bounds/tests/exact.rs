@@ -66,7 +66,7 @@ fn unfolded(graph: &Graph, state: &State) -> Aabb {
 
 #[test]
 fn sympodial_tree_is_that_of_the_unfolded_primitives() {
-    for cnt in [0, 1, 2, 3, 4, 8, 12] {
+    for cnt in [0, 1, 2, 3, 4, 8, 12, 16] {
         let graph = sympodial(cnt);
         let unfolded = unfolded(&graph, &graph.root_state());
         let found = boxes(&graph);
@@ -79,7 +79,7 @@ fn sympodial_tree_is_that_of_the_unfolded_primitives() {
 
 #[test]
 fn every_state_has_its_own_least_box() {
-    let graph = sympodial(5);
+    let graph = sympodial(8);
     let found = boxes(&graph);
     assert_eq!(found.states().len(), found.counts.states);
     for (state, state_box) in found.states() {

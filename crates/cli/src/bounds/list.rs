@@ -16,7 +16,7 @@ use super::volume::{Entry, Shown, line};
 use crate::args::{BooleansArg, BoundsArgs, Format, MethodArg, VolumeArg};
 use crate::load::Loaded;
 use crate::progress::Spinner;
-use crate::text::{json, push_table};
+use crate::text::{self, json, push_table};
 use crate::{Failure, print};
 
 /// What was found.
@@ -286,7 +286,8 @@ fn table<V: Shown>(args: &BoundsArgs, graph: &Graph, method: MethodArg, found: &
     let is_context = args.booleans == BooleansArg::Context;
     let kind = if is_context { "S-bounds".to_owned() } else { V::kind() };
     let Found { root, seconds, .. } = found;
-    let mut text = format!("{} {} in {seconds:.3} s; the whole: {}\n", method.name(), kind, line(root));
+    let mut text =
+        format!("{} {} in {}; the whole: {}\n", method.name(), kind, text::seconds(*seconds), line(root));
     let _ = writeln!(text, "volume {:.6}, surface area {:.6}", root.volume(), root.surface_area());
     if let Some(ExactFacts { gap, counts, .. }) = &found.exact {
         let (states, queries, expansions) = (counts.states, counts.queries, counts.expansions);
