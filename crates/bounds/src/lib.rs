@@ -106,7 +106,32 @@
 //! down the graph tests each ray in the frame where it is, and so meets the boxes of all levels.
 //!
 //! From [`exact`], as [`ExactBoxes`], also the box of every state, and supports in any direction, of which other volumes
-//! are made. [`root_box`] is for those who need only the root's.
+//! are made: a [`Volume`] is a box, a sphere, slabs in 3 to 13 directions, or an oriented box, each from any function that
+//! answers support queries. [`root_box`] is for those who need only the root's box.
+//!
+//! ```
+//! # #[cfg(feature = "csg-graph")] fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # use csg_graph::{Expr, GraphBuilder, PrimitiveKind, TransformKind};
+//! use csg_graph_bounds::{Limits, Obb, Slabs, Sphere, Volume, exact};
+//!
+//! // A needle that lies across the axes.
+//! # let mut builder = GraphBuilder::new();
+//! # let cylinder = builder.primitive(PrimitiveKind::Cylinder, []);
+//! # let needle = builder.transform(TransformKind::Scale, [0.1, 0.1, 10.0].map(Expr::from), cylinder);
+//! # let root = builder.transform(TransformKind::Rot, [1.0, -1.0, 0.3, 50.0].map(Expr::from), needle);
+//! # let graph = builder.finish(root)?;
+//! let boxes = exact(&graph, &Limits::default())?;
+//! let state = graph.root_state();
+//! let support = |direction| boxes.support(&state, direction).map_or(f64::INFINITY, |found| found.upper);
+//!
+//! let sphere = Sphere::from_support(support).surface_area();
+//! let slabs = Slabs::<13>::from_support(support).surface_area();
+//! let oriented = Obb::from_support(support).surface_area();
+//! assert!(oriented < slabs && slabs < boxes.root.surface_area() && boxes.root.surface_area() < sphere);
+//! # Ok(())
+//! # }
+//! # #[cfg(not(feature = "csg-graph"))] fn main() {}
+//! ```
 //!
 //! **Boxes are conservative**, in floating point too: each is rounded outward by what the maps of its chain may have
 //! rounded, some 10⁻¹⁵ of the magnitudes on the way. Infinite or overflowing coordinates give sides without end, never a
