@@ -161,7 +161,12 @@ fn collapse(pairs: &[Pair], order: &[usize], boxes: &[Aabb], first: usize, nodes
         let mut children = vec![at];
         while children.len() < WIDTH {
             let inner = |index: &usize| pairs[children[*index]].halves.is_some();
-            let area = |index: &usize| pairs[children[*index]].bounds.surface_area();
+            // What fits into one node as a whole stays one, unless this is it.
+            let area = |index: &usize| {
+                let pair = &pairs[children[*index]];
+                let fits = pair.end - pair.start <= WIDTH && pairs[at].end - pairs[at].start > WIDTH;
+                if fits { 0.0 } else { pair.bounds.surface_area() }
+            };
             let largest = (0..children.len()).filter(inner).max_by(|a, b| area(a).total_cmp(&area(b)));
             let Some(largest) = largest else { break };
             let [left, right] = pairs[children[largest]].halves.expect("only inner pairs are opened");
