@@ -1,5 +1,9 @@
 //! The fast engine: the graph compiled into [super-nodes](compile), traced in [packets](packet).
 //!
+//! - [`compile`]: states opened into lists of items; [`tree`]: wide trees of boxes over them.
+//! - [`frame`]: rays in the unit ball of a super-node; [`lanes`], [`shapes`]: sixteen of them side by side.
+//! - [`packet`], [`single`]: going down; [`hits`]: what was found; [`solid`]: the results of ∩ and \\.
+//!
 //! It finds the hits of the [reference walk](crate::Walk): t and normal differ only by how the products of transformations
 //! are rounded. Where the walk asks one node after the other, evaluating its expressions each time, this one has
 //! evaluated each state once, and goes down a few wide trees.
