@@ -7,8 +7,8 @@
 //! of paths.
 //!
 //! Under ∩ and \ the points that belong to the result go on ([`inside`]). Every point counts for the operand that it
-//! comes from, whose box is not clipped by the other one. Points of a subtrahend go on as well: where they are in the
-//! left operand, they are on the boundary of the difference.
+//! comes from, whose box is not clipped by the other one. Points of a subtrahend go on as well, if they are on its
+//! boundary: where they are in the left operand, they are on the boundary of the difference.
 
 mod cloud;
 mod double;
@@ -144,18 +144,26 @@ impl Trial<'_> {
         self.tally.points += cloud.len() as u64;
         self.check(leaf, cloud);
         let mut below = leaf;
+        // Whether the points are on the boundary of the state and not only in it, as in a union they may be.
+        let mut on_boundary = true;
         for &state in upwards {
             match &states.all[state].term {
                 Term::Map(parent_from_child, _) => cloud.map(parent_from_child),
                 Term::Intersection([left, right]) => {
                     let other = if below == *left { *right } else { *left };
-                    keep(cloud, states, other, true);
+                    keep(cloud, |p, error| inside(states, other, p, error) == Some(true));
                 }
-                Term::Difference([left, right]) => {
-                    let is_left = below == *left;
-                    keep(cloud, states, if is_left { *right } else { *left }, !is_left);
+                Term::Difference([left, right]) if below == *left => {
+                    keep(cloud, |p, error| inside(states, *right, p, error) == Some(false));
                 }
-                Term::Shape(_) | Term::Same(_) | Term::Union(_) => {}
+                Term::Difference([left, right]) => keep(cloud, |p, error| {
+                    // Not all points that a hull was made of are on its surface.
+                    on_boundary
+                        && inside(states, *left, p, error) == Some(true)
+                        && inside(states, *right, p, error) != Some(true)
+                }),
+                Term::Union(_) => on_boundary = false,
+                Term::Shape(_) | Term::Same(_) => {}
             }
             self.check(state, cloud);
             below = state;
@@ -181,7 +189,7 @@ impl Trial<'_> {
     }
 }
 
-/// Keeps the points that are certainly inside of a state, or certainly outside.
-fn keep(cloud: &mut Cloud, states: &States, state: usize, wanted: bool) {
-    cloud.retain(|cloud, i| inside(states, state, cloud.rounded(i), cloud.error) == Some(wanted));
+/// Keeps the points of which that is certain, given with how far off they may be.
+fn keep(cloud: &mut Cloud, certain: impl Fn(DVec3, f64) -> bool) {
+    cloud.retain(|cloud, i| certain(cloud.rounded(i), cloud.error));
 }
