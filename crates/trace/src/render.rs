@@ -1,7 +1,4 @@
-//! From a world to a picture: tiles in parallel.
-//!
-//! A tile's pixels depend on nothing but their position, and tiles are put together in order, so that any number of threads
-//! gives the same bytes.
+//! From a world to a picture: [tiles](crate::tiles) in parallel.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -12,6 +9,7 @@ use rayon::prelude::*;
 use crate::camera::{CameraError, Lens};
 use crate::engine::{Engine, Tracer};
 use crate::shade::Shader;
+use crate::tiles::{Tile, Tiles};
 use crate::view::{Exposure, Extremes, Latent};
 use crate::{Camera, Counters, Film, Hit, Light, Ray, View, sampling};
 
@@ -20,9 +18,6 @@ pub const MAX_PIXELS: u64 = 1 << 26;
 
 /// The most samples that a pixel may have. More would change no byte of a picture.
 pub const MAX_SAMPLES: u32 = 4096;
-
-/// Pixels on a side of a tile: enough work to be worth handing out, little enough to share the last tiles.
-const TILE: u32 = 16;
 
 /// What a picture is of.
 #[derive(Clone, Debug)]
@@ -98,52 +93,50 @@ pub fn render(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<(Film, Counters), RenderError> {
     let Settings { width, height, samples, view } = *settings;
-    let total = u64::from(width) * u64::from(height);
-    if total == 0 || total > MAX_PIXELS {
-        return Err(RenderError::Size { width, height });
-    }
+    check_size(width, height)?;
     if samples == 0 || samples > MAX_SAMPLES {
         return Err(RenderError::Samples { samples });
     }
     let painter = Painter { world, settings, lens: world.camera.lens(width, height)? };
 
+    let tiles = Tiles { width, height };
     let done = AtomicU64::new(0);
-    let tiles: Vec<Tile> = (0..painter.tile_count())
+    let painted: Vec<Painted> = (0..tiles.count())
         .into_par_iter()
         .map_init(
             || Brush::new(world.engine),
             |brush, index| {
-                let tile = painter.tile(brush, index)?;
-                let pixels = tile.pixels.len() as u64;
+                let painted = painter.paint(brush, &tiles.tile(index))?;
+                let pixels = painted.pixels.len() as u64;
                 progress(done.fetch_add(pixels, Ordering::Relaxed) + pixels);
-                Ok(tile)
+                Ok(painted)
             },
         )
         .collect::<Result<_, EvalError>>()?;
 
     let mut counters = Counters::default();
     let mut extremes = Extremes::NONE;
-    for tile in &tiles {
+    let mut latent = Vec::with_capacity(painted.len());
+    for tile in painted {
         counters += tile.counters;
         extremes = extremes.join(tile.extremes);
+        latent.push(tile.pixels);
     }
-    // Row by row: each row of tiles, each of its rows of pixels, across its tiles.
-    let mut pixels = Vec::with_capacity(tiles.iter().map(|tile| tile.pixels.len()).sum());
-    for row_of_tiles in tiles.chunks(width.div_ceil(TILE) as usize) {
-        let rows = row_of_tiles[0].pixels.len() / row_of_tiles[0].width;
-        for y in 0..rows {
-            for tile in row_of_tiles {
-                let row = &tile.pixels[y * tile.width..(y + 1) * tile.width];
-                pixels.extend(row.iter().map(|latent| view.develop(latent, &extremes)));
-            }
-        }
-    }
+    let pixels = tiles.in_rows(&latent).map(|latent| view.develop(latent, &extremes)).collect();
     Ok((Film::new(width, height, pixels), counters))
 }
 
+/// Refuses a picture without pixels, or with too many.
+pub(crate) fn check_size(width: u32, height: u32) -> Result<(), RenderError> {
+    let total = u64::from(width) * u64::from(height);
+    if total == 0 || total > MAX_PIXELS {
+        return Err(RenderError::Size { width, height });
+    }
+    Ok(())
+}
+
 /// A finished tile.
-struct Tile {
-    width: usize,
+struct Painted {
     pixels: Vec<Latent>,
     extremes: Extremes,
     counters: Counters,
@@ -156,36 +149,20 @@ struct Painter<'a> {
 }
 
 impl Painter<'_> {
-    fn tile_count(&self) -> u32 {
-        self.settings.width.div_ceil(TILE) * self.settings.height.div_ceil(TILE)
-    }
-
-    fn tile(&self, brush: &mut Brush<'_>, index: u32) -> Result<Tile, EvalError> {
-        let across = self.settings.width.div_ceil(TILE);
-        let range = |tile: u32, size: u32| tile * TILE..size.min(tile.saturating_add(1).saturating_mul(TILE));
-        let columns = range(index % across, self.settings.width);
-        let rows = range(index / across, self.settings.height);
-        let width = columns.len();
+    fn paint(&self, brush: &mut Brush<'_>, tile: &Tile) -> Result<Painted, EvalError> {
         let mut extremes = Extremes::NONE;
-        let mut exposures = vec![Exposure::default(); width * rows.len()];
+        let mut exposures = vec![Exposure::default(); tile.pixel_count()];
         // What a pixel costs, and how deep its ray went, are known of single rays.
         let alone = matches!(self.settings.view, View::Cost | View::Plate);
         let side = if alone { 1 } else { self.world.engine.side() };
-        for y in rows.clone().step_by(side as usize) {
-            for x in columns.clone().step_by(side as usize) {
-                brush.pixels.clear();
-                let block = |start: u32, end: u32| start..end.min(start + side);
-                for y in block(y, rows.end) {
-                    brush.pixels.extend(block(x, columns.end).map(|x| (x, y)));
-                }
-                let place =
-                    |(x, y): (u32, u32)| (y - rows.start) as usize * width + (x - columns.start) as usize;
-                self.expose(brush, place, &mut exposures, &mut extremes)?;
-            }
+        for square in tile.squares(side) {
+            brush.pixels.clear();
+            brush.pixels.extend(square);
+            self.expose(brush, |pixel| tile.place(pixel), &mut exposures, &mut extremes)?;
         }
         let samples = f64::from(self.settings.samples);
         let pixels = exposures.iter().map(|exposure| exposure.latent(samples)).collect();
-        Ok(Tile { width, pixels, extremes, counters: brush.tracer.take_counters() })
+        Ok(Painted { pixels, extremes, counters: brush.tracer.take_counters() })
     }
 
     /// Exposes the pixels of a brush, one sample of each at a time.

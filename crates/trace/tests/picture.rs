@@ -3,9 +3,10 @@
 use std::sync::Mutex;
 
 use csg_graph::{AttributeTerm, Expr, Graph, GraphBuilder, Operator, PrimitiveKind, TransformKind};
-use csg_graph_bounds::{HyperBoxes, Limits, chain, conventional};
+use csg_graph_bounds::{HyperBoxes, Limits, chain, conventional, exact};
 use csg_graph_trace::{
-    Camera, Engine, Film, Light, LightSource, MAX_PIXELS, RenderError, Settings, View, World, render,
+    Accelerated, Camera, Engine, Film, Light, LightSource, MAX_PIXELS, RenderError, Settings, View, Walk,
+    World, primary, render, survey,
 };
 use glam::DVec3;
 
@@ -74,6 +75,45 @@ fn threads_and_boxes_change_no_byte() {
     assert_eq!(none.1.box_tests, 0);
     for view in [View::Plate, View::Normal, View::Depth, View::Cost] {
         assert_eq!(run(1, Some(&boxes[1]), view), run(3, Some(&boxes[1]), view), "{view:?}");
+    }
+}
+
+#[test]
+fn primary_rays_are_those_of_a_picture_with_one_sample() {
+    let graph = tower(5.0);
+    let boxes = chain(&graph, &Limits::default()).unwrap();
+    let accelerated = Accelerated::new(&graph, exact(&graph, &Limits::default()).unwrap(), 1 << 14).unwrap();
+    let (width, height) = (45, 34);
+    for engine in [Engine::Reference(&graph, Some(&boxes)), Engine::Fast(&accelerated)] {
+        let world = World { engine, ..world(&graph, &boxes) };
+        let counted = primary(&world, width, height).unwrap();
+        let probes = survey(&world, width, height).unwrap();
+        assert_eq!((counted.counters.rays, counted.counters.shadow_rays), (45 * 34, 0));
+        assert_eq!(counted.hits, probes.iter().filter(|probe| probe.node.is_some()).count() as u64);
+        assert!(counted.hits > 100);
+        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        assert_eq!(one.install(|| survey(&world, width, height)).unwrap(), probes);
+
+        let lens = world.camera.lens(width, height).unwrap();
+        let mut walk = Walk::new(&graph, Some(&boxes));
+        for (index, probe) in (0_u32..).zip(&probes) {
+            let (x, y) = (index % width, index / width);
+            let ray = lens.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let hit = walk.nearest(&ray).unwrap();
+            assert_eq!(hit.map(|hit| hit.node), probe.node, "{x} {y}");
+            let Some(hit) = hit else {
+                assert_eq!((probe.depth, probe.normal, probe.recursion), (f32::INFINITY, [0.0; 3], 0));
+                continue;
+            };
+            assert_eq!(hit.depth, probe.recursion, "{x} {y}");
+            assert!((hit.t - f64::from(probe.depth)).abs() < 1e-6 * hit.t, "{x} {y}");
+            for (expected, found) in [(hit.normal, probe.normal), (hit.point, probe.position)] {
+                assert!(expected.distance(DVec3::from(found.map(f64::from))) < 1e-5, "{x} {y}");
+            }
+            assert!(probe.box_tests > 0, "{x} {y}");
+        }
+        assert!(matches!(primary(&world, 0, 5), Err(RenderError::Size { .. })));
+        assert!(matches!(survey(&world, 5, 0), Err(RenderError::Size { .. })));
     }
 }
 

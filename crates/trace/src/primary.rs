@@ -1,0 +1,140 @@
+//! Primary rays without a picture: what the ray through the centre of each pixel meets, counted or kept.
+
+use csg_graph::{EvalError, NodeId};
+use rayon::prelude::*;
+
+use crate::camera::Lens;
+use crate::engine::Tracer;
+use crate::render::check_size;
+use crate::tiles::{Tile, Tiles};
+use crate::{Counters, Hit, Ray, RenderError, World};
+
+/// What the primary rays of a picture cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct PrimaryPass {
+    /// The rays that met the solid.
+    pub hits: u64,
+    /// What was counted of all rays.
+    pub counters: Counters,
+}
+
+/// What a pixel shows besides its colour: what the ray through its centre meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Probe {
+    /// How far along the viewing direction; infinite where the ray meets nothing.
+    pub depth: f32,
+    /// The outward normal of the solid in the world, of length 1; zero where there is none.
+    pub normal: [f32; 3],
+    /// The point in the world; zero where there is none.
+    pub position: [f32; 3],
+    /// The recursion depth: the number of S-nodes on the path to the primitive.
+    pub recursion: u32,
+    /// The primitive node whose surface it is.
+    pub node: Option<NodeId>,
+    /// The boxes that the ray was tested against.
+    pub box_tests: u32,
+}
+
+/// Traces one ray through the centre of each pixel, on the threads of the rayon pool that it is called in, and keeps
+/// nothing of what they meet: what a picture costs before it is shaded.
+///
+/// # Errors
+/// As [`render`](crate::render), of which it is a part.
+///
+/// # Panics
+/// If the boxes are of another graph.
+pub fn primary(world: &World<'_>, width: u32, height: u32) -> Result<PrimaryPass, RenderError> {
+    let side = world.engine.side();
+    trace(world, width, height, |probing, tile| {
+        let mut pass = PrimaryPass::default();
+        for square in tile.squares(side) {
+            let found = probing.nearest(square)?.iter().flatten().count();
+            pass.hits += found as u64;
+        }
+        pass.counters = probing.tracer.take_counters();
+        Ok(pass)
+    })
+    .map(|(_, passes)| {
+        passes.into_iter().fold(PrimaryPass::default(), |mut sum, pass| {
+            sum.hits += pass.hits;
+            sum.counters += pass.counters;
+            sum
+        })
+    })
+}
+
+/// Traces one ray through the centre of each pixel, on the threads of the rayon pool that it is called in, and keeps what
+/// it meets: a probe for each pixel, row by row from the upper left corner. Rays are traced one by one, so that each has
+/// a cost of its own. A probe takes 48 bytes.
+///
+/// # Errors
+/// As [`render`](crate::render).
+///
+/// # Panics
+/// If the boxes are of another graph.
+pub fn survey(world: &World<'_>, width: u32, height: u32) -> Result<Vec<Probe>, RenderError> {
+    let (tiles, probes) = trace(world, width, height, |probing, tile| {
+        let alone = tile.squares(1).flatten();
+        alone
+            .map(|pixel| {
+                let hit = probing.nearest([pixel])?[0];
+                Ok(Probe::new(hit.as_ref(), &probing.tracer.take_counters()))
+            })
+            .collect::<Result<Vec<_>, _>>()
+    })?;
+    Ok(tiles.in_rows(&probes).copied().collect())
+}
+
+/// What `trace_tile` finds in each tile.
+fn trace<T: Send>(
+    world: &World<'_>,
+    width: u32,
+    height: u32,
+    trace_tile: impl Fn(&mut Probing<'_>, &Tile) -> Result<T, EvalError> + Sync,
+) -> Result<(Tiles, Vec<T>), RenderError> {
+    check_size(width, height)?;
+    let lens = world.camera.lens(width, height)?;
+    let tiles = Tiles { width, height };
+    let probing =
+        || Probing { lens: &lens, tracer: world.engine.tracer(), rays: Vec::new(), hits: Vec::new() };
+    let found = (0..tiles.count())
+        .into_par_iter()
+        .map_init(probing, |probing, index| trace_tile(probing, &tiles.tile(index)))
+        .collect::<Result<_, EvalError>>()?;
+    Ok((tiles, found))
+}
+
+/// What a thread probes with.
+struct Probing<'a> {
+    lens: &'a Lens,
+    tracer: Tracer<'a>,
+    rays: Vec<Ray>,
+    hits: Vec<Option<Hit>>,
+}
+
+impl Probing<'_> {
+    /// What the rays through some pixels meet, no more than the engine takes together.
+    fn nearest(&mut self, pixels: impl IntoIterator<Item = (u32, u32)>) -> Result<&[Option<Hit>], EvalError> {
+        let ray = |(x, y): (u32, u32)| self.lens.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        self.rays.clear();
+        self.rays.extend(pixels.into_iter().map(ray));
+        self.tracer.nearest(&self.rays, &mut self.hits)?;
+        Ok(&self.hits)
+    }
+}
+
+impl Probe {
+    #[expect(clippy::cast_possible_truncation, reason = "rounding is meant")]
+    fn new(hit: Option<&Hit>, counters: &Counters) -> Self {
+        Self {
+            depth: hit.map_or(f32::INFINITY, |hit| hit.t as f32),
+            normal: hit.map_or([0.0; 3], |hit| hit.normal.as_vec3().to_array()),
+            position: hit.map_or([0.0; 3], |hit| hit.point.as_vec3().to_array()),
+            recursion: hit.map_or(0, |hit| hit.depth),
+            node: hit.map(|hit| hit.node),
+            box_tests: u32::try_from(counters.box_tests).unwrap_or(u32::MAX),
+        }
+    }
+}
