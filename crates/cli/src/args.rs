@@ -1,14 +1,19 @@
 //! The command line: what can be asked, and the help that teaches it.
 
+mod bench;
 mod bounds;
+mod engine;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use csg_graph_trace::{MAX_PIXELS, MAX_SAMPLES, View};
 
+pub use bench::BenchArgs;
 pub use bounds::{BooleansArg, BoundsArgs, MethodArg, Sweep, VolumeArg};
+pub(crate) use engine::Plan;
+pub use engine::{BoxesArg, EngineArg, EngineArgs};
 
 /// Recursive solids, from a grammar file to a picture
 ///
@@ -27,9 +32,11 @@ const EXAMPLES: &str = "\
 Examples:
   pcsg render tree.pcsg                        a picture: tree.png
   pcsg render tree.pcsg --set cnt=5 -o 5.png   the same with another parameter
+  pcsg render tree.pcsg -o tree.exr            colours beyond a screen's, with depth, normals, and more in layers
   pcsg check tree.pcsg                         mistakes, or how large the thing is
   pcsg bounds tree.pcsg                        the bounding boxes of all nodes
   pcsg bounds tree.pcsg --compare              all methods and volumes side by side
+  pcsg bench tree.pcsg                         how fast it is traced
   pcsg graph tree.pcsg | dot -Tsvg > tree.svg  the graph as a drawing
 
 A mistake in a file ends with exit code 1, a mistake in the command line with 2.";
@@ -38,7 +45,7 @@ A mistake in a file ends with exit code 1, a mistake in the command line with 2.
 #[derive(Debug, Subcommand)]
 #[non_exhaustive]
 pub enum Command {
-    /// Render a scene to a PNG picture
+    /// Render a scene to a PNG or EXR picture
     ///
     /// The picture is named after the scene and written to the current folder, unless -o says otherwise. What the file
     /// does not say about the camera and the light is chosen so that the solid is well seen.
@@ -54,6 +61,11 @@ pub enum Command {
     /// Reports every mistake in the file. Without any, counts the states of the graph and, exactly, what it unfolds into,
     /// and shows that the recursion ends, or that it shrinks to a solid although it never ends.
     Check(CheckArgs),
+    /// Measure how fast a scene is traced
+    ///
+    /// Sets the engine up, traces the primary rays alone, and makes the whole picture, each several times. Times named cpu
+    /// are those that the tracing threads were running, which other programs on the machine disturb least.
+    Bench(BenchArgs),
     /// Draw the graph of a scene, for Graphviz
     Graph(GraphArgs),
     /// Print a scene in the standard layout
@@ -97,7 +109,10 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// The picture to write; without it, the scene's name with .png, in the current folder
-    #[arg(short, long, value_name = "OUT.png", value_parser = png_path)]
+    ///
+    /// A name that ends with .exr makes an OpenEXR file: the colours as they are in linear light, and in further layers
+    /// what the ray through the centre of each pixel meets: depth, normal, position, recursion depth, node and box tests.
+    #[arg(short, long, value_name = "OUT", value_parser = picture_path)]
     pub output: Option<PathBuf>,
     /// Width and height in pixels; without it what the scene says, or 512x512
     #[arg(long, value_name = "WxH", allow_hyphen_values = true)]
@@ -111,14 +126,9 @@ pub struct RenderArgs {
     /// What the picture shows
     #[arg(long, value_enum, default_value_t)]
     pub view: ViewArg,
-    /// Which boxes the rays are tested against; without it chain, or exact where chain would take more than a moment
-    ///
-    /// Pictures of the solid are the same for all, the time is not; the views plate and cost show what the boxes do.
-    #[arg(long, value_enum)]
-    pub boxes: Option<BoxesArg>,
-    /// How to limit the computation of boxes.
+    /// What finds the hits.
     #[command(flatten)]
-    pub limit: StepsArg,
+    pub engine: EngineArgs,
     /// Write counts and times as JSON
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
@@ -172,10 +182,34 @@ impl FromStr for Size {
     }
 }
 
-fn png_path(text: &str) -> Result<PathBuf, String> {
+fn picture_path(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
-    let is_png = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
-    if is_png { Ok(path) } else { Err("pictures are PNG files: end the name with .png".to_owned()) }
+    if PictureFormat::of(&path).is_some() {
+        Ok(path)
+    } else {
+        Err("pictures are PNG or OpenEXR files: end the name with .png or .exr".to_owned())
+    }
+}
+
+/// How a picture is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum PictureFormat {
+    /// What a screen shows.
+    Png,
+    /// What is known of each pixel.
+    Exr,
+}
+
+impl PictureFormat {
+    /// The format that the name of a file asks for.
+    pub(crate) fn of(path: &Path) -> Option<Self> {
+        let is = |extension: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension));
+        match () {
+            () if is("png") => Some(Self::Png),
+            () if is("exr") => Some(Self::Exr),
+            () => None,
+        }
+    }
 }
 
 /// What a picture shows.
@@ -203,31 +237,6 @@ impl From<ViewArg> for View {
             ViewArg::Normal => Self::Normal,
             ViewArg::Depth => Self::Depth,
             ViewArg::Cost => Self::Cost,
-        }
-    }
-}
-
-/// Which boxes a render uses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum BoxesArg {
-    /// No boxes: every ray visits every node
-    None,
-    /// Boxes of transformed boxes (the paper's section 2)
-    Conventional,
-    /// Boxes of point sets that went through the whole transform chain (section 3)
-    Chain,
-    /// The least boxes of all states, joined
-    Exact,
-}
-
-impl BoxesArg {
-    /// The algorithm that computes them.
-    pub(crate) fn method(self) -> Option<MethodArg> {
-        match self {
-            Self::None => None,
-            Self::Conventional => Some(MethodArg::Conventional),
-            Self::Chain => Some(MethodArg::Chain),
-            Self::Exact => Some(MethodArg::Exact),
         }
     }
 }

@@ -4,8 +4,10 @@
 //! a program around it needs; [`render::picture`] and [`bounds::drawing`] serve those who want a picture and not the file.
 
 mod args;
+mod bench;
 pub mod bounds;
 mod check;
+mod engine;
 mod failure;
 mod fmt;
 mod graph;
@@ -13,6 +15,7 @@ mod load;
 mod output;
 mod progress;
 pub mod render;
+mod stage;
 mod text;
 
 use std::io::Write;
@@ -21,8 +24,9 @@ use std::process::ExitCode;
 use clap::CommandFactory;
 
 pub use args::{
-    BooleansArg, BoundsArgs, BoxesArg, CheckArgs, Cli, Command, FmtArgs, Format, GraphArgs, GraphFormat,
-    MethodArg, RenderArgs, SceneArgs, Size, StepsArg, Sweep, ViewArg, VolumeArg,
+    BenchArgs, BooleansArg, BoundsArgs, BoxesArg, CheckArgs, Cli, Command, EngineArg, EngineArgs, FmtArgs,
+    Format, GraphArgs, GraphFormat, MethodArg, RenderArgs, SceneArgs, Size, StepsArg, Sweep, ViewArg,
+    VolumeArg,
 };
 pub use failure::Failure;
 
@@ -34,6 +38,7 @@ pub fn run(command: Command) -> ExitCode {
     let result = match command {
         Command::Render(args) => render::run(&args),
         Command::Bounds(args) => bounds::run(&args),
+        Command::Bench(args) => bench::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Graph(args) => graph::run(&args),
         Command::Fmt(args) => fmt::run(&args),

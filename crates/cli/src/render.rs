@@ -1,23 +1,31 @@
 //! `pcsg render`: a scene as a picture.
 
-mod stage;
+mod layers;
 mod stats;
 
-use std::io::Cursor;
+use std::error::Error;
+use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use csg_graph_trace::{Film, RenderError, render};
+use csg_graph_trace::{Film, Probe, Settings, render, survey};
 use image::{ImageError, ImageFormat, RgbImage};
 
-use crate::args::RenderArgs;
+use crate::args::{PictureFormat, RenderArgs};
 use crate::load::{Loaded, load};
 use crate::progress::Bar;
+use crate::stage::Stage;
 use crate::{Failure, output, progress};
-use stage::Stage;
 use stats::Stats;
 
+/// The size of a picture that nobody asked for, in pixels.
+const DEFAULT_SIZE: u32 = 512;
+/// The rays a pixel that nobody asked for.
+const DEFAULT_SAMPLES: u32 = 4;
+
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
+    // What is wrong with the arguments is said before anything of the file.
+    args.engine.plan(args.view)?;
     let path = args.output.clone().unwrap_or_else(|| picture_path(&args.scene.scene));
     let loaded = load(&args.scene)?;
     let outputs: Vec<&Path> = [Some(path.as_path()), args.stats.as_deref()].into_iter().flatten().collect();
@@ -28,12 +36,15 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
         }
         output::check_writable(output)?;
     }
-    let (image, measured) = trace(loaded, args)?;
-    let bytes =
-        encode(&image).map_err(|error| Failure::file(&path, "write it")(std::io::Error::other(error)))?;
+    let has_layers = PictureFormat::of(&path) == Some(PictureFormat::Exr);
+    let Picture { film, probes, stats } = trace(&loaded, args, has_layers)?;
+    let bytes = match probes {
+        Some(probes) => layers::encode(&film, &probes, &loaded).map_err(unwritable(&path))?,
+        None => encode(&to_image(&film)).map_err(unwritable(&path))?,
+    };
     output::write(&path, &bytes)?;
-    progress::tell(format_args!("{}: {} × {} pixels", path.display(), image.width(), image.height()));
-    args.stats.as_deref().map_or(Ok(()), |stats| output::write(stats, measured.to_json().as_bytes()))
+    progress::tell(format_args!("{}: {} × {} pixels", path.display(), film.width(), film.height()));
+    args.stats.as_deref().map_or(Ok(()), |path| output::write(path, stats.to_json().as_bytes()))
 }
 
 /// The picture that `render` would write.
@@ -41,7 +52,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
 /// # Errors
 /// If the scene has mistakes, which are reported, or asks for what cannot be done.
 pub fn picture(args: &RenderArgs) -> Result<RgbImage, Failure> {
-    trace(load(&args.scene)?, args).map(|(image, _)| image)
+    trace(&load(&args.scene)?, args, false).map(|picture| to_image(&picture.film))
 }
 
 /// A picture as a PNG file.
@@ -61,22 +72,45 @@ fn picture_path(scene: &Path) -> PathBuf {
     name
 }
 
-fn trace(loaded: Loaded, args: &RenderArgs) -> Result<(RgbImage, Stats), Failure> {
-    let stage = Stage::set(loaded, args)?;
+fn unwritable<E: Error + Send + Sync + 'static>(path: &Path) -> impl Fn(E) -> Failure {
+    move |error| Failure::file(path, "write it")(io::Error::other(error))
+}
+
+struct Picture {
+    film: Film,
+    /// What primary rays meet, if it was asked for.
+    probes: Option<Vec<Probe>>,
+    stats: Stats,
+}
+
+fn trace(loaded: &Loaded, args: &RenderArgs, has_layers: bool) -> Result<Picture, Failure> {
+    let settings = settings(loaded, args);
+    let Settings { width, height, .. } = settings;
+    let stage = Stage::set(loaded, args.engine.plan(args.view)?, f64::from(width) / f64::from(height))?;
     let world = stage.world();
     let start = Instant::now();
-    let bar = Bar::new(u64::from(stage.settings.width) * u64::from(stage.settings.height));
-    let threads = args.threads.map_or(0, |threads| threads as usize);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| stage.loaded.refused(format!("cannot start the threads: {error}")))?;
-    let rendered = pool.install(|| render(&world, &stage.settings, &|done| bar.show(done)));
+    let bar = Bar::new(u64::from(width) * u64::from(height));
+    let pool = stage.threads(args.threads.unwrap_or(0))?;
+    let rendered = pool.install(|| {
+        let (film, counters) = render(&world, &settings, &|done| bar.show(done))?;
+        let probes = has_layers.then(|| survey(&world, width, height)).transpose()?;
+        Ok((film, counters, probes))
+    });
     drop(bar);
-    let (film, counters) = rendered.map_err(|error| match error {
-        RenderError::Eval(error) => stage.loaded.failure(&error.into()),
-        other => stage.loaded.refused(other),
-    })?;
-    let stats = Stats::new(&stage, &counters, pool.current_num_threads(), start.elapsed());
-    Ok((to_image(&film), stats))
+    let (film, counters, probes) = rendered.map_err(|error| stage.failure(error))?;
+    let stats = Stats::new(&stage, &settings, &counters, pool.current_num_threads(), start.elapsed());
+    Ok(Picture { film, probes, stats })
+}
+
+/// What the command line says, or else the file, or else the defaults.
+fn settings(loaded: &Loaded, args: &RenderArgs) -> Settings {
+    let image = &loaded.scene.look.image;
+    let (width, height) = match args.size {
+        Some(size) => (size.width, size.height),
+        None => (image.width.unwrap_or(DEFAULT_SIZE), image.height.unwrap_or(DEFAULT_SIZE)),
+    };
+    let samples = args.samples.or(image.samples).unwrap_or(DEFAULT_SAMPLES);
+    Settings { width, height, samples, view: args.view.into() }
 }
 
 fn to_image(film: &Film) -> RgbImage {

@@ -72,6 +72,125 @@ fn a_picture_and_its_statistics_go_where_they_are_told() {
 }
 
 #[test]
+fn engines_make_the_same_picture_and_say_what_they_took() {
+    let folder = tempfile::tempdir().unwrap();
+    let sympodial = scene("sympodial.pcsg");
+    let render = |arguments: &[&str]| -> (image::RgbImage, Value) {
+        let base = ["render", path(&sympodial), "--set", "cnt=4", "--size", "48x48", "--samples", "2"];
+        let args = [&base[..], &["-o", "a.png", "--stats", "a.json"], arguments].concat();
+        let (code, _, err, _) = run_in(folder.path(), &args);
+        assert_eq!((code, err.as_str()), (0, ""));
+        let stats = fs::read(folder.path().join("a.json")).unwrap();
+        (image::open(folder.path().join("a.png")).unwrap().to_rgb8(), serde_json::from_slice(&stats).unwrap())
+    };
+    let (reference, walked) = render(&["--engine", "reference"]);
+    for arguments in [&[][..], &["--engine", "fast"], &["--budget", "4K"], &["--budget", "1m"]] {
+        let (fast, stats) = render(arguments);
+        let differing = reference.pixels().zip(fast.pixels()).filter(|(a, b)| a != b).count();
+        assert!(differing <= 2, "{arguments:?}: {differing} pixels differ");
+        assert_eq!((&stats["engine"], &stats["boxes"]), (&"fast".into(), &"exact".into()));
+        assert!(stats["nodes_visited"].is_null(), "it visits no nodes");
+        assert_eq!(stats["rays"], walked["rays"]);
+        let seconds = |name: &str| stats[name].as_f64().unwrap();
+        assert!(seconds("setup_seconds") >= seconds("bounding_seconds"));
+    }
+    assert_eq!((&walked["engine"], &walked["boxes"]), (&"reference".into(), &"chain".into()));
+    assert!(walked["nodes_visited"].is_number());
+    let bytes = |budget: &str| render(&["--budget", budget]).1["bytes"].as_u64().unwrap();
+    assert!(bytes("0") < bytes("64K") && bytes("64K") <= 65_536);
+    // What only the reference walk can show, it shows.
+    assert_eq!(render(&["--view", "cost"]).1["engine"], "reference");
+    assert_eq!(render(&["--boxes", "exact"]).1["engine"], "reference");
+}
+
+#[test]
+fn an_exr_file_has_what_every_pixel_shows_in_layers() {
+    use exr::prelude::*;
+
+    let folder = tempfile::tempdir().unwrap();
+    let bowl = "{ r = 0.5; } material(ambient = 1, diffuse = 0) (color(2, 0.5, 0.25) cube \\ move(0, 0, 1) uscale(r) ball)\n\
+                ball = color(0.125, 0.5, 1) sphere\n\
+                camera { eye = (0, 0, 5); target = (0, 0, 0); up = (0, 1, 0); fov = 60; }";
+    fs::write(folder.path().join("bowl.pcsg"), bowl).unwrap();
+    let args = ["render", "bowl.pcsg", "--set", "r=1/2", "--size", "33x21", "--samples", "1", "-o", "a.exr"];
+    let (code, out, err, files) = run_in(folder.path(), &args);
+    assert_eq!((code, out.as_str(), err.as_str()), (0, "", ""));
+    assert_eq!(files, ["a.exr", "bowl.pcsg"]);
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .from_file(folder.path().join("a.exr"))
+        .unwrap();
+
+    let names: Vec<String> = image
+        .layer_data
+        .iter()
+        .map(|layer| layer.attributes.layer_name.clone().unwrap().to_string())
+        .collect();
+    assert_eq!(names, ["colour", "depth", "normal", "position", "recursion", "node", "box_tests"]);
+    for layer in &image.layer_data {
+        let software = layer.attributes.software_name.clone().unwrap().to_string();
+        assert_eq!(software, concat!("pcsg ", env!("CARGO_PKG_VERSION")));
+        assert_eq!(layer.size, Vec2(33, 21));
+        let attribute = |name: &str| layer.attributes.other[&Text::from(name)].to_text().unwrap().to_string();
+        assert_eq!((attribute("scene"), attribute("parameters")), ("bowl.pcsg".into(), "r=1/2".into()));
+    }
+    let sample = |layer: &str, channel: &str, x: usize, y: usize| {
+        let layer = &image.layer_data[names.iter().position(|name| name == layer).unwrap()];
+        let channels = &layer.channel_data.list;
+        let channel = channels.iter().find(|found| found.name == *channel).unwrap();
+        channel.sample_data.value_by_flat_index(y * 33 + x)
+    };
+    let triple = |layer: &str, channels: [&str; 3], x, y| {
+        channels.map(|channel| sample(layer, channel, x, y).to_f32())
+    };
+
+    // In the middle is the bottom of the bowl, beside it the rim, and in the corner nothing.
+    let close = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5);
+    assert!(close(triple("colour", ["R", "G", "B"], 16, 10), [0.125, 0.5, 1.0]));
+    assert!(close(triple("colour", ["R", "G", "B"], 21, 10), [2.0, 0.5, 0.25]), "brighter than a screen");
+    assert!(close(triple("normal", ["X", "Y", "Z"], 16, 10), [0.0, 0.0, 1.0]));
+    assert!(close(triple("position", ["X", "Y", "Z"], 16, 10), [0.0, 0.0, 0.5]));
+    assert!((sample("depth", "Z", 16, 10).to_f32() - 4.5).abs() < 1e-5);
+    assert!((sample("depth", "Z", 21, 10).to_f32() - 4.0).abs() < 1e-5);
+    assert_eq!(sample("depth", "Z", 0, 0), Sample::F32(f32::INFINITY));
+    assert!(close(triple("normal", ["X", "Y", "Z"], 0, 0), [0.0; 3]));
+    assert_eq!(sample("recursion", "depth", 16, 10), Sample::U32(0));
+    let nodes = [(16, 10), (21, 10), (0, 0)].map(|(x, y)| sample("node", "id", x, y).to_u32());
+    assert!(nodes[0] != nodes[1] && nodes[1] < 20 && nodes[2] == u32::MAX, "{nodes:?}");
+    assert!(sample("box_tests", "count", 16, 10).to_u32() > 0);
+}
+
+#[test]
+fn a_bench_measures_setting_up_primary_rays_and_pictures() {
+    let sympodial = scene("sympodial.pcsg");
+    for engine in ["reference", "fast"] {
+        let base = ["bench", path(&sympodial), "--set", "cnt=3", "--size", "40x30", "--reps", "2"];
+        let args = [&base[..], &["--engine", engine, "--format", "json"]].concat();
+        let (code, out, err, files) = run(&args);
+        assert_eq!((code, err.as_str(), files.len()), (0, "", 0));
+        let report: Value = serde_json::from_str(&out).unwrap();
+        assert_eq!((&report["engine"], &report["threads"]), (&engine.into(), &1.into()));
+        let number = |name: &str| report[name].as_f64().unwrap();
+        for name in
+            ["setup_s", "bytes", "primary_s", "image_s", "box_tests_per_ray", "primitive_tests_per_ray"]
+        {
+            assert!(number(name) > 0.0, "{name}: {out}");
+        }
+        assert!(number("hit_fraction") > 0.05 && number("hit_fraction") < 0.9, "{out}");
+        let rate = 1200e-6 / number("primary_cpu_s");
+        assert!((number("primary_mray_s") / rate - 1.0).abs() < 1e-9, "{out}");
+        assert!(report["image_cpu_s"].is_number());
+    }
+    let (code, out, _, _) = run(&["bench", path(&sympodial), "--size", "16x16", "--reps", "1"]);
+    assert_eq!(code, 0);
+    assert!(out.contains("primary rays") && out.contains("4,097"), "{out}");
+}
+
+#[test]
 fn a_failed_render_leaves_the_old_picture_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("old.png"), "old").unwrap();
@@ -145,6 +264,21 @@ fn wrong_usage_ends_with_2() {
         &["render", tower, "--threads", "0"],
         &["render", tower, "--view", "pretty"],
         &["render", tower, "-o", "picture.jpg"],
+        &["render", tower, "--engine", "quick"],
+        &["render", tower, "--engine", "fast", "--boxes", "exact"],
+        &["render", tower, "--engine", "fast", "--max-steps", "10"],
+        &["render", tower, "--engine", "fast", "--view", "plate"],
+        &["render", tower, "--engine", "fast", "--view", "cost"],
+        &["render", tower, "--engine", "reference", "--budget", "1M"],
+        &["render", tower, "--view", "cost", "--budget", "1M"],
+        &["render", tower, "--boxes", "chain", "--budget", "1M"],
+        &["render", tower, "--budget", "much"],
+        &["render", tower, "--budget", "-1"],
+        &["bench"],
+        &["bench", tower, "--reps", "0"],
+        &["bench", tower, "--threads", "0"],
+        &["bench", tower, "--view", "cost"],
+        &["bench", tower, "--engine", "fast", "--boxes", "none"],
         &["render", tower, "--set", "n"],
         &["bounds", tower, "--method", "magic"],
         &["bounds", tower, "--volume", "ball"],
@@ -193,6 +327,8 @@ fn mistakes_in_the_input_end_with_1() {
         ),
         (&["bounds", primitives, "--plot", "growth.svg"], "--sweep NAME=A..B"),
         (&["render", sympodial, "--set", "cnt=60", "--boxes", "none"], "without boxes"),
+        (&["bench", sympodial, "--set", "cnt=60", "--boxes", "chain"], "the chain algorithm"),
+        (&["bench", sympodial, "--set", "ctn=6"], "did you mean `cnt`"),
         (&["render", sympodial, "--set", "cnt=60", "--boxes", "chain"], "the chain algorithm"),
     ];
     for (args, expected) in wrong {
@@ -582,9 +718,19 @@ fn completions_and_help_teach() {
     assert_eq!(code, 0);
     assert!(out.contains("Examples:"), "{out}");
     let (_, out, _, _) = run(&["render", "--help"]);
-    for option in
-        ["--set", "--size", "--samples", "--threads", "--view", "--boxes", "--stats", "plate", "chain"]
-    {
+    for option in [
+        "--set",
+        "--size",
+        "--samples",
+        "--threads",
+        "--view",
+        "--engine",
+        "--budget",
+        "--boxes",
+        "--stats",
+        "plate",
+        "chain",
+    ] {
         assert!(out.contains(option), "{option} is missing in {out}");
     }
 }

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use csg_graph_trace::Counters;
+use csg_graph_trace::{Counters, Settings};
 use serde::Serialize;
 
-use super::stage::Stage;
-use crate::args::MethodArg;
+use crate::args::{EngineArg, MethodArg};
+use crate::stage::Stage;
 
 /// Counts and times of a picture. The counts are the same on every machine and for any number of threads.
 #[derive(Serialize)]
@@ -15,38 +15,63 @@ pub(super) struct Stats {
     width: u32,
     height: u32,
     samples: u32,
+    engine: String,
     boxes: &'static str,
+    /// What the engine takes besides the graph.
+    bytes: usize,
     primitives: String,
     rays: u64,
     shadow_rays: u64,
-    nodes_visited: u64,
     box_tests: u64,
-    boxes_missed: u64,
     primitive_tests: u64,
-    deepest_recursion: u32,
+    #[serde(flatten)]
+    walked: Option<Walked>,
     threads: usize,
     bounding_seconds: f64,
+    /// Bounding, and what else comes before the first ray.
+    setup_seconds: f64,
     tracing_seconds: f64,
 }
 
+/// What only the reference walk has.
+#[derive(Serialize)]
+struct Walked {
+    nodes_visited: u64,
+    boxes_missed: u64,
+    deepest_recursion: u32,
+}
+
 impl Stats {
-    pub(super) fn new(stage: &Stage, counters: &Counters, threads: usize, tracing_time: Duration) -> Self {
+    pub(super) fn new(
+        stage: &Stage<'_>,
+        settings: &Settings,
+        counters: &Counters,
+        threads: usize,
+        tracing_time: Duration,
+    ) -> Self {
+        let prepared = &stage.prepared;
+        let walked = Walked {
+            nodes_visited: counters.nodes_visited,
+            boxes_missed: counters.boxes_missed,
+            deepest_recursion: counters.deepest_recursion,
+        };
         Self {
             scene: stage.loaded.name.clone(),
-            width: stage.settings.width,
-            height: stage.settings.height,
-            samples: stage.settings.samples,
-            boxes: stage.method.map_or("none", MethodArg::name),
+            width: settings.width,
+            height: settings.height,
+            samples: settings.samples,
+            engine: prepared.kind().to_string(),
+            boxes: prepared.method.map_or("none", MethodArg::name),
+            bytes: prepared.bytes(),
             primitives: stage.analysis.primitives.to_string(),
             rays: counters.rays,
             shadow_rays: counters.shadow_rays,
-            nodes_visited: counters.nodes_visited,
             box_tests: counters.box_tests,
-            boxes_missed: counters.boxes_missed,
             primitive_tests: counters.primitive_tests,
-            deepest_recursion: counters.deepest_recursion,
+            walked: (prepared.kind() == EngineArg::Reference).then_some(walked),
             threads,
-            bounding_seconds: stage.bounding_time.as_secs_f64(),
+            bounding_seconds: prepared.bounding_time.as_secs_f64(),
+            setup_seconds: prepared.setup_time.as_secs_f64(),
             tracing_seconds: tracing_time.as_secs_f64(),
         }
     }

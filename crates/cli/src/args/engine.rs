@@ -1,0 +1,152 @@
+//! The arguments that choose the engine, which `render` and `bench` share.
+
+use std::fmt;
+
+use clap::{Args, ValueEnum};
+use csg_graph_trace::Accelerated;
+
+use super::{MethodArg, StepsArg, ViewArg};
+use crate::Failure;
+
+/// What finds where rays meet the solid.
+#[derive(Debug, Args)]
+pub struct EngineArgs {
+    /// What finds where rays meet the solid; without it fast, or reference where only that can do what is asked
+    ///
+    /// The pictures are the same, the time is not. The views plate and cost show the boxes of the paper, which the
+    /// reference walk alone has; --boxes and --max-steps are about them too.
+    #[arg(long, value_enum)]
+    pub engine: Option<EngineArg>,
+    /// Memory for the fast engine: bytes, or with a suffix K, M or G of 1024 each; without it 256K
+    ///
+    /// More memory is more speed, up to a point. It takes more than this only where the states alone need more.
+    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = bytes)]
+    pub budget: Option<usize>,
+    /// Which boxes the reference walk tests rays against; without it chain, or exact where chain would take more than a
+    /// moment
+    ///
+    /// Pictures of the solid are the same for all, the time is not; the views plate and cost show what the boxes do.
+    #[arg(long, value_enum)]
+    pub boxes: Option<BoxesArg>,
+    /// How to limit the computation of boxes.
+    #[command(flatten)]
+    pub limit: StepsArg,
+}
+
+/// An engine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum EngineArg {
+    /// The paper's walk: nodes evaluated for each ray, a box tested at every node
+    Reference,
+    /// States compiled beforehand into wide trees of boxes, rays traced in packets
+    Fast,
+}
+
+/// Which boxes a render uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BoxesArg {
+    /// No boxes: every ray visits every node
+    None,
+    /// Boxes of transformed boxes (the paper's section 2)
+    Conventional,
+    /// Boxes of point sets that went through the whole transform chain (section 3)
+    Chain,
+    /// The least boxes of all states, joined
+    Exact,
+}
+
+/// The engine that is to be made ready, and with what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Plan {
+    Reference {
+        /// The boxes that were asked for, if any were.
+        boxes: Option<BoxesArg>,
+        max_steps: u64,
+    },
+    Fast {
+        budget: usize,
+    },
+}
+
+impl EngineArgs {
+    /// The engine that can do what is asked.
+    ///
+    /// # Errors
+    /// If the arguments contradict each other.
+    pub(crate) fn plan(&self, view: ViewArg) -> Result<Plan, Failure> {
+        let of_reference = match view {
+            _ if self.boxes.is_some() => Some("--boxes"),
+            _ if self.limit.max_steps.is_some() => Some("--max-steps"),
+            ViewArg::Plate => Some("--view plate"),
+            ViewArg::Cost => Some("--view cost"),
+            ViewArg::Shaded | ViewArg::Normal | ViewArg::Depth => None,
+        };
+        match (self.engine, of_reference) {
+            (Some(EngineArg::Fast), Some(asked)) => Err(Failure::Usage(format!(
+                "{asked} is about the boxes of the reference walk, which --engine fast does not use; leave one of the two out"
+            ))),
+            (Some(EngineArg::Fast) | None, None) => {
+                Ok(Plan::Fast { budget: self.budget.unwrap_or(Accelerated::DEFAULT_BUDGET) })
+            }
+            (Some(EngineArg::Reference), _) | (None, Some(_)) if self.budget.is_some() => {
+                let asked = of_reference.unwrap_or("--engine reference");
+                Err(Failure::Usage(format!(
+                    "--budget is memory for the fast engine, and {asked} asks for the reference walk; leave one of the two out"
+                )))
+            }
+            (Some(EngineArg::Reference), _) | (None, Some(_)) => {
+                Ok(Plan::Reference { boxes: self.boxes, max_steps: self.limit.once() })
+            }
+        }
+    }
+}
+
+impl BoxesArg {
+    /// The algorithm that computes them.
+    pub(crate) fn method(self) -> Option<MethodArg> {
+        match self {
+            Self::None => None,
+            Self::Conventional => Some(MethodArg::Conventional),
+            Self::Chain => Some(MethodArg::Chain),
+            Self::Exact => Some(MethodArg::Exact),
+        }
+    }
+}
+
+impl fmt::Display for EngineArg {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Reference => "reference",
+            Self::Fast => "fast",
+        })
+    }
+}
+
+/// A number of bytes, with or without a suffix.
+fn bytes(text: &str) -> Result<usize, String> {
+    let (digits, unit) = match text.char_indices().last() {
+        Some((end, 'k' | 'K')) => (&text[..end], 1 << 10),
+        Some((end, 'm' | 'M')) => (&text[..end], 1 << 20),
+        Some((end, 'g' | 'G')) => (&text[..end], 1 << 30),
+        _ => (text, 1),
+    };
+    let count: usize = digits
+        .parse()
+        .map_err(|_| "write it as a number of bytes, for example 65536, 64K or 2M".to_owned())?;
+    count.checked_mul(unit).ok_or_else(|| "so much memory cannot be addressed".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_are_read_with_their_suffixes() {
+        for (text, expected) in [("0", 0), ("300", 300), ("64K", 65_536), ("2m", 1 << 21), ("1G", 1 << 30)] {
+            assert_eq!(bytes(text), Ok(expected));
+        }
+        for text in ["", "K", "1.5M", "-1", "64KB", "99999999999999999999", "99999999999999999G", "ä"] {
+            assert!(bytes(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! `pcsg bench`: how fast a scene is traced.
+
+use std::time::{Duration, Instant};
+
+use cpu_time::ThreadTime;
+use csg_graph_trace::{PrimaryPass, Settings, View, primary, render};
+use rayon::ThreadPool;
+use serde::Serialize;
+
+use crate::args::{BenchArgs, Format, ViewArg};
+use crate::engine::Prepared;
+use crate::load::load;
+use crate::stage::Stage;
+use crate::text::{grouped, json, seconds, short};
+use crate::{Failure, print};
+
+/// What `bench --format json` prints. Times are medians over the repetitions.
+#[derive(Serialize)]
+struct Report {
+    scene: String,
+    set: Vec<String>,
+    engine: String,
+    width: u32,
+    height: u32,
+    threads: usize,
+    reps: u32,
+    primitives: String,
+    /// Until the first ray can be traced, from the graph on: bounding and compiling.
+    setup_s: f64,
+    /// Of what was set up.
+    bytes: usize,
+    /// Primary rays alone, summed over the threads.
+    primary_cpu_s: f64,
+    primary_s: f64,
+    /// Millions of primary rays in a second of `primary_cpu_s`.
+    primary_mray_s: f64,
+    /// The whole picture, summed over the threads.
+    image_cpu_s: f64,
+    image_s: f64,
+    /// Of primary rays, as the following two.
+    box_tests_per_ray: f64,
+    primitive_tests_per_ray: f64,
+    hit_fraction: f64,
+}
+
+pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
+    let plan = args.engine.plan(ViewArg::Shaded)?;
+    let loaded = load(&args.scene)?;
+    let (width, height) = (args.size.width, args.size.height);
+    let stage = Stage::set(&loaded, plan, f64::from(width) / f64::from(height))?;
+    let mut setups = Vec::new();
+    for _ in 0..args.reps {
+        setups.push(Prepared::new(&loaded, &stage.analysis, plan)?.setup_time);
+    }
+
+    let world = stage.world();
+    let pool = stage.threads(args.threads)?;
+    let settings = Settings { width, height, samples: 1, view: View::Shaded };
+    let (primary_times, pass) =
+        repeat(args.reps, &pool, || primary(&world, width, height)).map_err(|error| stage.failure(error))?;
+    let (image_times, _) = repeat(args.reps, &pool, || render(&world, &settings, &|_| {}))
+        .map_err(|error| stage.failure(error))?;
+
+    let PrimaryPass { hits, counters, .. } = pass;
+    let rays = counters.rays as f64;
+    let primary_cpu_s = median(primary_times.iter().map(|time| time.cpu));
+    let report = Report {
+        scene: loaded.name.clone(),
+        set: loaded.set.clone(),
+        engine: stage.prepared.kind().to_string(),
+        width,
+        height,
+        threads: pool.current_num_threads(),
+        reps: args.reps,
+        primitives: stage.analysis.primitives.to_string(),
+        setup_s: median(setups),
+        bytes: stage.prepared.bytes(),
+        primary_cpu_s,
+        primary_s: median(primary_times.iter().map(|time| time.wall)),
+        primary_mray_s: rays / primary_cpu_s * 1e-6,
+        image_cpu_s: median(image_times.iter().map(|time| time.cpu)),
+        image_s: median(image_times.iter().map(|time| time.wall)),
+        box_tests_per_ray: counters.box_tests as f64 / rays,
+        primitive_tests_per_ray: counters.primitive_tests as f64 / rays,
+        hit_fraction: hits as f64 / rays,
+    };
+    print(match args.format {
+        Format::Table => table(&report),
+        Format::Json => json(&report),
+    })
+}
+
+/// What a repetition took.
+struct Time {
+    /// By the clock.
+    wall: Duration,
+    /// The time that the threads of the pool were running, summed over them.
+    cpu: Duration,
+}
+
+/// Does something once, and then so many times again, which are measured; gives also the last result.
+fn repeat<T: Send, E: Send>(
+    reps: u32,
+    pool: &ThreadPool,
+    work: impl Fn() -> Result<T, E> + Sync,
+) -> Result<(Vec<Time>, T), E> {
+    let cpu_time = || -> Duration { pool.broadcast(|_| ThreadTime::now().as_duration()).into_iter().sum() };
+    let mut result = pool.install(&work)?;
+    let mut times = Vec::new();
+    for _ in 0..reps {
+        let (start, cpu_start) = (Instant::now(), cpu_time());
+        result = pool.install(&work)?;
+        times.push(Time { cpu: cpu_time().saturating_sub(cpu_start), wall: start.elapsed() });
+    }
+    Ok((times, result))
+}
+
+/// The middle one, in seconds; of an even number the larger of the two in the middle.
+fn median(times: impl IntoIterator<Item = Duration>) -> f64 {
+    let mut times: Vec<Duration> = times.into_iter().collect();
+    times.sort();
+    times[times.len() / 2].as_secs_f64()
+}
+
+fn table(report: &Report) -> String {
+    let per_ray = |count: f64| format!("{count:.2} a primary ray");
+    let both = |cpu: f64, wall: f64| format!("{} CPU, {} by the clock", seconds(cpu), seconds(wall));
+    let rows = [
+        ("primitives", short(&report.primitives)),
+        ("engine", format!("{}, {} bytes", report.engine, grouped(report.bytes))),
+        ("set up in", seconds(report.setup_s)),
+        (
+            "primary rays",
+            format!(
+                "{:.2} million a second, {}",
+                report.primary_mray_s,
+                both(report.primary_cpu_s, report.primary_s)
+            ),
+        ),
+        ("picture", both(report.image_cpu_s, report.image_s)),
+        ("box tests", per_ray(report.box_tests_per_ray)),
+        ("primitive tests", per_ray(report.primitive_tests_per_ray)),
+        ("rays that hit", format!("{:.1} %", 100.0 * report.hit_fraction)),
+    ];
+    let Report { scene, width, height, threads, reps, .. } = report;
+    let threads = if *threads == 1 { "1 thread".to_owned() } else { format!("{threads} threads") };
+    let mut text = format!("{scene}: {width} × {height} pixels, {threads}, median of {reps}\n");
+    for (name, value) in rows {
+        text.push_str(&format!("  {name:<16} {value}\n"));
+    }
+    text
+}

@@ -1,0 +1,105 @@
+//! Engines made ready: boxes computed, states compiled, and what that took.
+
+use std::time::{Duration, Instant};
+
+use csg_graph::{Analysis, BigUint};
+use csg_graph_bounds::{Aabb, HyperBoxes, exact};
+use csg_graph_trace::{Accelerated, Engine};
+
+use crate::args::{BoxesArg, EngineArg, MethodArg, Plan};
+use crate::load::Loaded;
+use crate::{Failure, bounds};
+
+/// The most boxes that the chain algorithm may compute where nobody asked for it: a second or two.
+const AFFORDABLE_CHAIN: u32 = 2_000_000;
+
+/// How much larger than the least ones the boxes of the fast engine may be, relative to their extent. Rays hardly notice
+/// a hundredth, and it takes a third of the time of the least ones.
+const GAP: f64 = 1e-2;
+
+/// An engine, ready.
+pub(crate) struct Prepared<'a> {
+    structure: Structure<'a>,
+    /// Which boxes rays are tested against.
+    pub(crate) method: Option<MethodArg>,
+    /// What their computation took.
+    pub(crate) bounding_time: Duration,
+    /// What everything took.
+    pub(crate) setup_time: Duration,
+    loaded: &'a Loaded,
+}
+
+enum Structure<'a> {
+    Walked(Option<HyperBoxes>),
+    Compiled(Box<Accelerated<'a>>),
+}
+
+impl<'a> Prepared<'a> {
+    /// Makes an engine ready.
+    pub(crate) fn new(loaded: &'a Loaded, analysis: &Analysis, plan: Plan) -> Result<Self, Failure> {
+        let start = Instant::now();
+        let (method, structure, bounding_time) = match plan {
+            Plan::Reference { boxes, max_steps } => {
+                let method = boxes.map_or_else(|| Some(usual_method(analysis)), BoxesArg::method);
+                let boxes = hyper_boxes(loaded, analysis, method, max_steps)?;
+                (method, Structure::Walked(boxes), start.elapsed())
+            }
+            Plan::Fast { budget } => {
+                let graph = &loaded.scene.graph;
+                let boxes = exact(graph, &loaded.bounds_limits().with_gap(GAP))
+                    .map_err(|error| bounds::failure(loaded, error))?;
+                let bounding_time = start.elapsed();
+                let compiled =
+                    Accelerated::new(graph, boxes, budget).map_err(|error| loaded.failure(&error.into()))?;
+                (Some(MethodArg::Exact), Structure::Compiled(Box::new(compiled)), bounding_time)
+            }
+        };
+        Ok(Self { structure, method, bounding_time, setup_time: start.elapsed(), loaded })
+    }
+
+    /// What rays are given to.
+    pub(crate) fn engine(&self) -> Engine<'_> {
+        match &self.structure {
+            Structure::Walked(boxes) => Engine::Reference(&self.loaded.scene.graph, boxes.as_ref()),
+            Structure::Compiled(compiled) => Engine::Fast(compiled),
+        }
+    }
+
+    /// Which one it is.
+    pub(crate) fn kind(&self) -> EngineArg {
+        match self.structure {
+            Structure::Walked(_) => EngineArg::Reference,
+            Structure::Compiled(_) => EngineArg::Fast,
+        }
+    }
+
+    /// The memory that it takes besides the graph.
+    pub(crate) fn bytes(&self) -> usize {
+        match &self.structure {
+            Structure::Walked(boxes) => {
+                boxes.as_ref().map_or(0, |boxes| boxes.nodes.len() * size_of::<Aabb>())
+            }
+            Structure::Compiled(compiled) => compiled.bytes(),
+        }
+    }
+}
+
+/// The boxes of the reference walk, if it has any.
+fn hyper_boxes(
+    loaded: &Loaded,
+    analysis: &Analysis,
+    method: Option<MethodArg>,
+    max_steps: u64,
+) -> Result<Option<HyperBoxes>, Failure> {
+    let Some(method) = method else {
+        let what = "without boxes, every ray visits every node of the unfolded tree";
+        bounds::refuse_more_than(max_steps, &analysis.instances, loaded, what)?;
+        return Ok(None);
+    };
+    bounds::hyper_boxes(method, loaded, analysis, max_steps).map(Some)
+}
+
+/// The paper's algorithm where its work is small beside that of a picture.
+fn usual_method(analysis: &Analysis) -> MethodArg {
+    if analysis.chain_boxes <= BigUint::from(AFFORDABLE_CHAIN) { MethodArg::Chain } else { MethodArg::Exact }
+}

@@ -1,0 +1,98 @@
+//! Everything that a picture needs besides its rays: the scene, an engine for it, camera and lights.
+//!
+//! What the file does not say is chosen here. The choice depends on the solid alone and not on the engine or its boxes, so
+//! that these change no pixel.
+
+use csg_graph::Analysis;
+use csg_graph_bounds::{Aabb, root_box};
+use csg_graph_grammar::Look;
+use csg_graph_trace::{Camera, Light, LightSource, RenderError, World};
+use rayon::ThreadPool;
+
+use crate::args::Plan;
+use crate::engine::Prepared;
+use crate::load::Loaded;
+use crate::{Failure, bounds};
+
+/// A scene ready to be rendered.
+pub(crate) struct Stage<'a> {
+    pub(crate) loaded: &'a Loaded,
+    pub(crate) analysis: Analysis,
+    pub(crate) prepared: Prepared<'a>,
+    camera: Camera,
+    lights: Vec<Light>,
+}
+
+impl<'a> Stage<'a> {
+    /// Analyses the scene and makes an engine ready, for pictures with `aspect`, width over height.
+    pub(crate) fn set(loaded: &'a Loaded, plan: Plan, aspect: f64) -> Result<Self, Failure> {
+        let analysis = loaded.analyse()?;
+        let prepared = Prepared::new(loaded, &analysis, plan)?;
+        let framed = || {
+            let root = root_box(&loaded.scene.graph, &loaded.bounds_limits());
+            root.map(|root| root.aabb).map_err(|error| bounds::failure(loaded, error))
+        };
+        let camera = camera(&loaded.scene.look, aspect, framed)?;
+        let lights = lights(&loaded.scene.look, &camera);
+        Ok(Self { loaded, analysis, prepared, camera, lights })
+    }
+
+    pub(crate) fn world(&self) -> World<'_> {
+        World {
+            engine: self.prepared.engine(),
+            camera: self.camera,
+            lights: self.lights.clone(),
+            background: self.loaded.scene.look.background.unwrap_or(World::DEFAULT_BACKGROUND),
+        }
+    }
+
+    /// Threads to trace with; 0 for one a core.
+    pub(crate) fn threads(&self, count: u32) -> Result<ThreadPool, Failure> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(count as usize).build();
+        pool.map_err(|error| self.loaded.refused(format!("cannot start the threads: {error}")))
+    }
+
+    /// Why there is no picture.
+    pub(crate) fn failure(&self, error: RenderError) -> Failure {
+        match error {
+            RenderError::Eval(error) => self.loaded.failure(&error.into()),
+            other => self.loaded.refused(other),
+        }
+    }
+}
+
+/// The camera of the file, completed: what is missing of it is taken from the view that frames the solid.
+fn camera(
+    look: &Look,
+    aspect: f64,
+    framed: impl FnOnce() -> Result<Aabb, Failure>,
+) -> Result<Camera, Failure> {
+    let asked = look.camera;
+    let fov = asked.fov.unwrap_or(Camera::DEFAULT_FOV);
+    if let (Some(eye), Some(target)) = (asked.eye, asked.target) {
+        return Ok(Camera { eye, target, up: asked.up.unwrap_or(glam::DVec3::Z), fov });
+    }
+    let framing = Camera::framing(&framed()?, fov, aspect);
+    Ok(Camera {
+        eye: asked.eye.unwrap_or(framing.eye),
+        target: asked.target.unwrap_or(framing.target),
+        up: asked.up.unwrap_or(framing.up),
+        fov,
+    })
+}
+
+/// The lights of the file, or the sun over the camera's shoulder.
+fn lights(look: &Look, camera: &Camera) -> Vec<Light> {
+    if look.lights.is_empty() {
+        return vec![Light::over_shoulder(camera)];
+    }
+    let light = |light: &csg_graph_grammar::Light| Light {
+        source: match light.source {
+            csg_graph_grammar::LightSource::Position(position) => LightSource::Point(position),
+            csg_graph_grammar::LightSource::Direction(direction) => LightSource::Directional(direction),
+        },
+        colour: light.color,
+        shadow: light.shadow,
+    };
+    look.lights.iter().map(light).collect()
+}
