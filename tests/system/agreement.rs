@@ -1,23 +1,29 @@
 //! What must not change a picture, and what boxes are for.
 
-use csg_graph_bounds::{HyperBoxes, chain, conventional};
-use csg_graph_trace::{Camera, Counters, Engine, Film, Light, Settings, View, World, render};
+use csg_graph_bounds::{HyperBoxes, chain, conventional, exact};
+use csg_graph_trace::{Accelerated, Camera, Counters, Engine, Film, Light, Settings, View, World, render};
 
 use crate::scene;
+use crate::scenes::{corpus, smaller};
 
 /// The scene from where a camera frames it, and what it cost.
-fn picture(name: &str, set: &[String], boxes: Choice, threads: usize) -> (Film, Counters) {
+fn picture(name: &str, set: &[String], choice: Choice, threads: usize) -> (Film, Counters) {
     let scene = scene(name, set);
     let limits = csg_graph_bounds::Limits::default();
     let tight = chain(&scene.graph, &limits).expect("the scene is small");
     let camera = Camera::framing(&tight.root, 40.0, 1.0);
-    let boxes: Option<HyperBoxes> = match boxes {
-        Choice::None => None,
+    let boxes: Option<HyperBoxes> = match choice {
+        Choice::None | Choice::Compiled => None,
         Choice::Conventional => Some(conventional(&scene.graph, &limits).expect("the scene is small")),
         Choice::Chain => Some(tight),
     };
+    let compiled = (choice == Choice::Compiled).then(|| {
+        let boxes = exact(&scene.graph, &limits.with_gap(1e-2)).expect("the scene is small");
+        Accelerated::new(&scene.graph, boxes, Accelerated::DEFAULT_BUDGET).expect("the scene is sound")
+    });
+    let walked = Engine::Reference(&scene.graph, boxes.as_ref());
     let world = World {
-        engine: Engine::Reference(&scene.graph, boxes.as_ref()),
+        engine: compiled.as_ref().map_or(walked, Engine::Fast),
         camera,
         lights: vec![Light::over_shoulder(&camera)],
         background: World::DEFAULT_BACKGROUND,
@@ -27,11 +33,44 @@ fn picture(name: &str, set: &[String], boxes: Choice, threads: usize) -> (Film, 
     pool.install(|| render(&world, &settings, &|_| {})).expect("the scene renders")
 }
 
-#[derive(Clone, Copy)]
+/// The boxes of the reference walk, or the fast engine.
+#[derive(Clone, Copy, PartialEq)]
 enum Choice {
     None,
     Conventional,
     Chain,
+    Compiled,
+}
+
+/// They round differently, and so may a sample at a silhouette or at the edge of a shadow; no more than that.
+#[test]
+fn the_fast_engine_makes_the_pictures_of_the_reference_walk() {
+    for folder in ["scenes", "scenes/peers"] {
+        for (name, _) in corpus(folder) {
+            let set = smaller(&name);
+            let (reference, walked) = picture(&name, &set, Choice::Chain, 2);
+            let (fast, compiled) = picture(&name, &set, Choice::Compiled, 2);
+            let differs =
+                |(a, b): &(&[f32; 3], &[f32; 3])| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 1e-5);
+            let differing = reference.pixels().iter().zip(fast.pixels()).filter(differs).count();
+            assert!(differing <= 2, "{name}: {differing} of {} pixels differ", fast.pixels().len());
+            assert_eq!(walked.rays, compiled.rays, "{name}");
+            assert!(
+                walked.shadow_rays.abs_diff(compiled.shadow_rays) <= 2,
+                "{name}: {walked:?} {compiled:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn any_number_of_threads_compiles_and_traces_the_same() {
+    for name in ["sympodial", "puzzle_ball"] {
+        let one = picture(name, &[], Choice::Compiled, 1);
+        for threads in [2, 3] {
+            assert_eq!(one, picture(name, &[], Choice::Compiled, threads), "{name} on {threads} threads");
+        }
+    }
 }
 
 #[test]

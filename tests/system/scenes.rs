@@ -1,6 +1,6 @@
 //! The corpus: every scene is right, in the standard layout, and agrees with its unfolded tree, unless it never ends.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use csg_graph::{Limits, StatesError};
 use csg_graph_bounds::{Aabb, chain, conventional, exact};
@@ -9,23 +9,31 @@ use csg_graph_trace::{Camera, Ray, Walk, brute};
 
 use crate::scene;
 
-/// The scenes of a folder that end, or of one that do not.
-fn corpus(folder: &str) -> Vec<(String, PathBuf)> {
+/// Folders of scenes that end.
+const ENDING: [&str; 2] = ["scenes", "scenes/peers"];
+
+/// The scenes of a folder, with their paths from `scenes` without an extension.
+pub(crate) fn corpus(folder: &str) -> Vec<(String, PathBuf)> {
+    let scenes = repository().join("scenes");
+    let name = |path: &Path| {
+        let name = path.strip_prefix(&scenes).expect("a folder of scenes").with_extension("");
+        name.to_string_lossy().replace('\\', "/")
+    };
     let mut scenes: Vec<_> = std::fs::read_dir(repository().join(folder))
         .expect("the repository has scenes")
         .map(|entry| entry.expect("the folder can be read").path())
         .filter(|path| path.is_file())
-        .map(|path| (path.file_stem().unwrap_or_default().to_string_lossy().into_owned(), path))
+        .map(|path| (name(&path), path))
         .collect();
     scenes.sort();
     scenes
 }
 
 /// What unfolds into a tree that is quickly walked.
-fn smaller(name: &str) -> Vec<String> {
+pub(crate) fn smaller(name: &str) -> Vec<String> {
     match name {
-        "sympodial" => vec!["cnt = 2".to_owned()],
-        "sierpinski" => vec!["n = 3".to_owned()],
+        "sympodial" | "peers/sympodial" => vec!["cnt = 2".to_owned()],
+        "sierpinski" | "peers/sierpinski" | "peers/sierpinski_tet" => vec!["n = 3".to_owned()],
         "cheese" => vec!["n = 2".to_owned()],
         _ => vec![],
     }
@@ -33,26 +41,26 @@ fn smaller(name: &str) -> Vec<String> {
 
 #[test]
 fn every_scene_is_sound_and_in_the_standard_layout() {
-    for folder in ["scenes", "scenes/endless"] {
+    for folder in ENDING.into_iter().chain(["scenes/endless"]) {
         for (name, path) in corpus(folder) {
             let source = std::fs::read_to_string(&path).unwrap();
             let lowered = csg_graph_grammar::load(&source, &[])
                 .unwrap_or_else(|mistakes| panic!("{name}: {mistakes:?}"));
             assert!(lowered.warnings.is_empty(), "{name}: {:?}", lowered.warnings);
             match lowered.scene.graph.analyse(&Limits::default()) {
-                Ok(_) => assert_eq!(folder, "scenes", "{name}"),
+                Ok(_) => assert!(ENDING.contains(&folder), "{name}"),
                 Err(StatesError::Endless { .. }) => assert_eq!(folder, "scenes/endless", "{name}"),
                 Err(error) => panic!("{name}: {error}"),
             }
             let printed = csg_graph_grammar::print(&csg_graph_grammar::parse(&source).tree);
-            assert_eq!(printed, source, "{name}: run `cargo xtask fmt --write {folder}/{name}.pcsg`");
+            assert_eq!(printed, source, "{name}: run `cargo xtask fmt --write scenes/{name}.pcsg`");
         }
     }
 }
 
 #[test]
 fn every_scene_has_the_hits_of_its_unfolded_tree() {
-    for (name, _) in corpus("scenes") {
+    for (name, _) in ENDING.into_iter().flat_map(corpus) {
         let scene = scene(&name, &smaller(&name));
         let tree = scene.graph.unfold(100_000).unwrap();
         let boxes = chain(&scene.graph, &csg_graph_bounds::Limits::default()).unwrap();
@@ -86,7 +94,7 @@ fn every_scene_has_the_hits_of_its_unfolded_tree() {
 #[test]
 fn conventional_boxes_of_scenes_enclose_those_of_chains_and_these_the_exact_ones() {
     let limits = csg_graph_bounds::Limits::default();
-    for (name, _) in corpus("scenes") {
+    for (name, _) in ENDING.into_iter().flat_map(corpus) {
         let graph = scene(&name, &smaller(&name)).graph;
         let conventional = conventional(&graph, &limits).unwrap();
         let chain = chain(&graph, &limits).unwrap();
@@ -100,7 +108,7 @@ fn conventional_boxes_of_scenes_enclose_those_of_chains_and_these_the_exact_ones
                 assert!(grown.encloses(*inner), "{name}: {outer:?} {inner:?}");
             }
         }
-        if name == "sierpinski" {
+        if name == "sierpinski" || name == "peers/sierpinski_tet" {
             // Of polytopes, the point sets are the corners.
             let grown = Aabb { min: exact.root.min - margin, max: exact.root.max + margin };
             assert!(grown.encloses(chain.root), "{chain:?}");
@@ -112,15 +120,15 @@ fn conventional_boxes_of_scenes_enclose_those_of_chains_and_these_the_exact_ones
 #[test]
 fn every_endless_scene_has_the_box_of_its_attractor() {
     let known = |name: &str| match name {
-        "sierpinski" | "menger" => Some(([-1.0; 3], [1.0; 3])),
-        "dragon" => Some(([-1.0 / 3.0, -1.0 / 3.0, 0.0], [7.0 / 6.0, 2.0 / 3.0, 0.0])),
-        "fern" => None,
+        "endless/sierpinski" | "endless/menger" => Some(([-1.0; 3], [1.0; 3])),
+        "endless/dragon" => Some(([-1.0 / 3.0, -1.0 / 3.0, 0.0], [7.0 / 6.0, 2.0 / 3.0, 0.0])),
+        "endless/fern" => None,
         _ => panic!("{name} has no known box"),
     };
     let scenes = corpus("scenes/endless");
     assert_eq!(scenes.len(), 4);
     for (name, _) in scenes {
-        let graph = scene(&format!("endless/{name}"), &[]).graph;
+        let graph = scene(&name, &[]).graph;
         let found = exact(&graph, &csg_graph_bounds::Limits::default()).unwrap();
         assert!(found.endless.unwrap().contraction < 0.86, "{name}: {:?}", found.endless);
         assert!(found.gap < 1e-10, "{name}: {}", found.gap);
