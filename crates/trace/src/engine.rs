@@ -1,10 +1,10 @@
-//! What finds hits for a picture: the reference walk or the fast engine, asked for several rays at a time.
+//! What finds hits for a picture: the reference walk, the fast engine or the grid, asked for several rays at a time.
 
 use csg_graph::{EvalError, Graph};
 use csg_graph_bounds::HyperBoxes;
 
 use crate::fast::{self, Accelerated};
-use crate::{Counters, Hit, Ray, Walk};
+use crate::{Counters, Grid, GridTracer, Hit, Ray, Walk};
 
 /// What finds hits for a picture.
 #[derive(Clone, Copy, Debug)]
@@ -14,6 +14,8 @@ pub enum Engine<'a> {
     Reference(&'a Graph, Option<&'a HyperBoxes>),
     /// The graph compiled. It has the same hits.
     Fast(&'a Accelerated<'a>),
+    /// Voxels where rays enter the graph, which has the same hits, too.
+    Grid(&'a Grid<'a>),
 }
 
 /// What a thread asks.
@@ -21,6 +23,7 @@ pub enum Engine<'a> {
 pub(crate) enum Tracer<'a> {
     Reference(Box<Walk<'a>>),
     Fast(Box<fast::Tracer<'a>>),
+    Grid(Box<GridTracer<'a>>),
 }
 
 impl<'a> Engine<'a> {
@@ -28,13 +31,14 @@ impl<'a> Engine<'a> {
         match self {
             Self::Reference(graph, boxes) => Tracer::Reference(Box::new(Walk::new(graph, boxes))),
             Self::Fast(accelerated) => Tracer::Fast(Box::new(accelerated.tracer())),
+            Self::Grid(grid) => Tracer::Grid(Box::new(grid.tracer())),
         }
     }
 
     /// How many rays it takes together: a square of the picture with sides of that many pixels.
     pub(crate) fn side(self) -> u32 {
         match self {
-            Self::Reference(..) => 1,
+            Self::Reference(..) | Self::Grid(_) => 1,
             Self::Fast(_) => fast::SIDE,
         }
     }
@@ -54,6 +58,7 @@ impl Tracer<'_> {
                 hits.resize(rays.len(), None);
                 tracer.nearest_of(rays, hits);
             }
+            Self::Grid(tracer) => hits.extend(rays.iter().map(|ray| tracer.nearest(ray))),
         }
         Ok(())
     }
@@ -61,22 +66,17 @@ impl Tracer<'_> {
     /// Which of some rays meet the solid before their ends, as a set of bits.
     pub(crate) fn occluded(&mut self, rays: &[Ray], ends: &[f64]) -> Result<u32, EvalError> {
         match self {
-            Self::Reference(walk) => {
-                let mut set = 0;
-                for (lane, (ray, end)) in rays.iter().zip(ends).enumerate() {
-                    set |= u32::from(walk.occluded(ray, *end)?) << lane;
-                }
-                Ok(set)
-            }
+            Self::Reference(walk) => set_of(rays, ends, |ray, end| walk.occluded(ray, end)),
             Self::Fast(tracer) => Ok(tracer.occluded_of(rays, ends)),
+            Self::Grid(tracer) => set_of(rays, ends, |ray, end| Ok(tracer.occluded(ray, end))),
         }
     }
 
-    /// The deepest recursion at which the last ray was turned away. The fast engine does not know.
+    /// The deepest recursion at which the last ray was turned away. Only the walk knows.
     pub(crate) fn missed_depth(&self) -> u32 {
         match self {
             Self::Reference(walk) => walk.missed_depth(),
-            Self::Fast(_) => 0,
+            Self::Fast(_) | Self::Grid(_) => 0,
         }
     }
 
@@ -84,6 +84,7 @@ impl Tracer<'_> {
         match self {
             Self::Reference(walk) => walk.counters(),
             Self::Fast(tracer) => tracer.counters(),
+            Self::Grid(tracer) => tracer.counters(),
         }
     }
 
@@ -91,6 +92,20 @@ impl Tracer<'_> {
         match self {
             Self::Reference(walk) => walk.take_counters(),
             Self::Fast(tracer) => tracer.take_counters(),
+            Self::Grid(tracer) => tracer.take_counters(),
         }
     }
+}
+
+/// Those that something holds for, asked one by one.
+fn set_of(
+    rays: &[Ray],
+    ends: &[f64],
+    mut holds: impl FnMut(&Ray, f64) -> Result<bool, EvalError>,
+) -> Result<u32, EvalError> {
+    let mut set = 0;
+    for (lane, (ray, end)) in rays.iter().zip(ends).enumerate() {
+        set |= u32::from(holds(ray, *end)?) << lane;
+    }
+    Ok(set)
 }

@@ -67,6 +67,7 @@
 //!
 //! \[TRAX95\]: C. Traxler, M. Gervautz, *Calculation of Tight Bounding Volumes for Cyclic CSG-Graphs*, 1995.
 //! \[KAY86\]: T. L. Kay, J. T. Kajiya, *Ray tracing complex scenes*, 1986.
+//! \[FUJI86\]: A. Fujimoto, T. Tanaka, K. Iwata, *ARTS: Accelerated Ray-Tracing System*, 1986.
 //! \[HAIN19\]: E. Haines, J. Günther, T. Akenine-Möller, *Precision Improvements for Ray/Sphere Intersection*, 2019.
 
 #[cfg(doctest)]
@@ -80,6 +81,7 @@ mod counters;
 mod engine;
 mod fast;
 mod film;
+mod grid;
 mod light;
 mod primary;
 mod ray;
@@ -99,6 +101,7 @@ pub use counters::Counters;
 pub use engine::Engine;
 pub use fast::{Accelerated, PACKET, Tracer};
 pub use film::Film;
+pub use grid::{Grid, GridTracer};
 pub use light::{Light, LightSource};
 pub use primary::{PrimaryPass, Probe, primary, survey};
 pub use ray::Ray;

@@ -123,9 +123,15 @@ impl<'a> Walk<'a> {
         end: f64,
         surface: Surface,
     ) -> Result<Option<Hit>, EvalError> {
-        let visit = Visit { node: state.node(), env: state.env().clone(), surface, ..self.root_visit(ray) };
+        let visit = Visit { surface, ..self.visit_of(state, ray) };
         self.run(visit, end, false)?;
         Ok(self.take_hit(ray))
+    }
+
+    /// Whether the ray, in the frame of a state, meets the solid of that state at 0 < t < `end`.
+    pub(crate) fn occluded_below(&mut self, state: &State, ray: &Ray, end: f64) -> Result<bool, EvalError> {
+        self.run(self.visit_of(state, ray), end, true)?;
+        Ok(self.best.take().is_some())
     }
 
     fn take_hit(&mut self, ray: &Ray) -> Option<Hit> {
@@ -160,6 +166,11 @@ impl<'a> Walk<'a> {
         &self.counters
     }
 
+    /// For what is counted on the way to the walk.
+    pub(crate) fn counters_mut(&mut self) -> &mut Counters {
+        &mut self.counters
+    }
+
     /// The counters, which start again from zero.
     pub fn take_counters(&mut self) -> Counters {
         std::mem::take(&mut self.counters)
@@ -174,6 +185,10 @@ impl<'a> Walk<'a> {
             surface: Surface::default(),
             depth: 0,
         }
+    }
+
+    fn visit_of(&self, state: &State, ray: &Ray) -> Visit {
+        Visit { node: state.node(), env: state.env().clone(), ..self.root_visit(ray) }
     }
 
     fn run(&mut self, start: Visit, end: f64, any: bool) -> Result<(), EvalError> {

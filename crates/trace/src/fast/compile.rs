@@ -94,21 +94,21 @@ impl Compiled {
 }
 
 /// The states of a graph that are more than a name, a choice or a transformation of another one, each resolved once.
-struct States<'a> {
+pub(crate) struct States<'a> {
     graph: &'a Graph,
     boxes: &'a ExactBoxes<Graph>,
-    states: Vec<Resolved>,
+    pub(crate) states: Vec<Resolved>,
     numbers: FxHashMap<State, u32>,
 }
 
-struct Resolved {
-    state: State,
-    bounds: Aabb,
-    kind: Kind,
+pub(crate) struct Resolved {
+    pub(crate) state: State,
+    pub(crate) bounds: Aabb,
+    pub(crate) kind: Kind,
 }
 
 #[derive(Clone)]
-enum Kind {
+pub(crate) enum Kind {
     /// Of parts, those of unions in unions among them.
     Union(Vec<Place>),
     Solid,
@@ -117,19 +117,22 @@ enum Kind {
 
 /// A state under the transformations and attributes that lead to it.
 #[derive(Clone)]
-struct Place {
+pub(crate) struct Place {
     /// An index into the resolved states.
-    target: u32,
-    above_from_target: DAffine3,
-    target_from_above: DAffine3,
+    pub(crate) target: u32,
+    pub(crate) above_from_target: DAffine3,
+    pub(crate) target_from_above: DAffine3,
     /// S-nodes between.
-    depth: u32,
-    paint: Vec<(AttributeTerm, f64)>,
+    pub(crate) depth: u32,
+    pub(crate) paint: Vec<(AttributeTerm, f64)>,
 }
 
 impl<'a> States<'a> {
     /// Resolves all states that the root leads to. The root comes last, and each state behind those below it.
-    fn resolve(graph: &'a Graph, boxes: &'a ExactBoxes<Graph>) -> Result<(Self, Place), EvalError> {
+    pub(crate) fn resolve(
+        graph: &'a Graph,
+        boxes: &'a ExactBoxes<Graph>,
+    ) -> Result<(Self, Place), EvalError> {
         let mut all = Self { graph, boxes, states: Vec::new(), numbers: FxHashMap::default() };
         let (root, target) = all.follow(graph.root_state())?;
         // Places whose targets are not resolved yet; the state of an operator waits below those of its operands.

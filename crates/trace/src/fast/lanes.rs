@@ -131,6 +131,6 @@ impl<S: Simd> Vec3x8<S> {
 }
 
 /// A ray into another frame; the same operations as for eight.
-pub(super) fn transform(ray: &Ray, map: &DAffine3) -> Ray {
+pub(crate) fn transform(ray: &Ray, map: &DAffine3) -> Ray {
     Ray { origin: map.transform_point3(ray.origin), direction: map.transform_vector3(ray.direction) }
 }

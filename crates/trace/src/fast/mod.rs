@@ -8,10 +8,10 @@
 //! are rounded. Where the walk asks one node after the other, evaluating its expressions each time, this one has
 //! evaluated each state once, and goes down a few wide trees.
 
-mod compile;
+pub(crate) mod compile;
 mod frame;
 mod hits;
-mod lanes;
+pub(crate) mod lanes;
 mod packet;
 mod shapes;
 mod single;
