@@ -66,7 +66,7 @@ const FINEST: u32 = 1 << 16;
 
 impl Voxels {
     /// Fills voxels, the longest side of the root's box cut into `resolution`, or into fewer if the voxels alone take more
-    /// than half of the budget of bytes. Without a resolution, as many as are usual for so many primitives.
+    /// than half of the budget of bytes. Without a resolution, there are as many as are usual for so many primitives.
     pub(super) fn new(
         graph: &Graph,
         boxes: &ExactBoxes<Graph>,
@@ -74,9 +74,11 @@ impl Voxels {
         budget: usize,
     ) -> Result<Self, EvalError> {
         let (states, root) = States::resolve(graph, boxes)?;
-        let mut resolution = resolution.unwrap_or_else(|| usual_resolution(&states, &root)).clamp(1, FINEST);
+        let usual = resolution.map_or_else(|| usual_voxels(&states, &root), |_| usize::MAX);
+        let most = usual.min(budget / (2 * VOXEL));
+        let mut resolution = resolution.unwrap_or(FINEST).clamp(1, FINEST);
         let mut lattice = Lattice::new(&boxes.root, resolution);
-        while resolution > 1 && lattice.len() > budget / (2 * VOXEL) {
+        while resolution > 1 && lattice.len() > most {
             resolution -= resolution.div_ceil(16);
             lattice = Lattice::new(&boxes.root, resolution);
         }
@@ -106,20 +108,19 @@ impl Voxels {
     }
 }
 
-/// Twice as many voxels along a side as there are primitives along a side of a cube of them: where primitives are spread
-/// evenly, a ray meets a few of them in some ten voxels.
-fn usual_resolution(states: &States<'_>, root: &Place) -> u32 {
+/// Eight voxels for each primitive of the unfolded tree: spread evenly, it has two along each side of its share of space.
+fn usual_voxels(states: &States<'_>, root: &Place) -> usize {
     // Each state comes after those below it.
-    let mut primitives: Vec<f64> = Vec::with_capacity(states.states.len());
+    let mut primitives: Vec<usize> = Vec::with_capacity(states.states.len());
     for state in &states.states {
         primitives.push(match &state.kind {
-            Kind::Union(parts) => parts.iter().map(|part| primitives[part.target as usize]).sum(),
-            _ => 1.0,
+            Kind::Union(parts) => {
+                parts.iter().map(|part| primitives[part.target as usize]).fold(0, usize::saturating_add)
+            }
+            _ => 1,
         });
     }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "casts saturate")]
-    let count = (2.0 * libm::cbrt(primitives[root.target as usize])) as u32;
-    count
+    primitives[root.target as usize].saturating_mul(8)
 }
 
 /// What is put into voxels, before it is sorted by them.
