@@ -98,6 +98,12 @@ fn engines_make_the_same_picture_and_say_what_they_took() {
     assert!(walked["nodes_visited"].is_number());
     let bytes = |budget: &str| render(&["--budget", budget]).1["bytes"].as_u64().unwrap();
     assert!(bytes("0") < bytes("64K") && bytes("64K") <= 65_536);
+    for arguments in [&[][..], &["--resolution", "5"], &["--budget", "4K"]] {
+        let (grid, stats) = render(&[&["--engine", "grid"], arguments].concat());
+        let differing = reference.pixels().zip(grid.pixels()).filter(|(a, b)| a != b).count();
+        assert!(differing <= 2, "{arguments:?}: {differing} pixels differ");
+        assert_eq!((&stats["engine"], &stats["boxes"]), (&"grid".into(), &"exact".into()));
+    }
     // What only the reference walk can show, it shows.
     assert_eq!(render(&["--view", "cost"]).1["engine"], "reference");
     assert_eq!(render(&["--boxes", "exact"]).1["engine"], "reference");
@@ -272,6 +278,9 @@ fn wrong_usage_ends_with_2() {
         &["render", tower, "--engine", "reference", "--budget", "1M"],
         &["render", tower, "--view", "cost", "--budget", "1M"],
         &["render", tower, "--boxes", "chain", "--budget", "1M"],
+        &["render", tower, "--engine", "grid", "--boxes", "exact"],
+        &["render", tower, "--engine", "grid", "--resolution", "0"],
+        &["render", tower, "--resolution", "64"],
         &["render", tower, "--budget", "much"],
         &["render", tower, "--budget", "-1"],
         &["bench"],
@@ -726,6 +735,7 @@ fn completions_and_help_teach() {
         "--view",
         "--engine",
         "--budget",
+        "--resolution",
         "--boxes",
         "--stats",
         "plate",

@@ -1,6 +1,6 @@
 //! The paper's grid beside the tree of the fast engine and the reference walk: what rays cost, and what memory.
 //!
-//! `cargo run --release -p csg-graph-trace --example grid` prints the table of docs/rendering.md.
+//! `cargo run --release -p csg-graph-trace --example grid` prints what the tables of docs/rendering.md show.
 #![expect(clippy::print_stdout, reason = "the table")]
 
 use std::error::Error;
@@ -27,6 +27,9 @@ const TIMES: usize = 3;
 /// So that no resolution of the table is cut short.
 const BUDGET: usize = 1 << 28;
 
+/// Traces rays: hits, tests of boxes and of primitives.
+type Trace<'a> = &'a mut dyn FnMut(&[Ray]) -> (usize, u64, u64);
+
 fn main() -> Result<(), Box<dyn Error>> {
     println!(
         "scene            engine             set-up s       bytes   Mray/s  boxes/ray  shapes/ray   hits"
@@ -40,17 +43,16 @@ fn main() -> Result<(), Box<dyn Error>> {
             fov: look.camera.fov.ok_or("no field of view")?,
         };
         let lens = camera.lens(SIDE, SIDE)?;
-        let report =
-            |engine: &str, setup: f64, bytes: usize, trace: &mut dyn FnMut(&[Ray]) -> (usize, u64, u64)| {
-                let (hits, boxes, shapes, seconds) = picture(&lens, trace);
-                let rays = f64::from(SIDE * SIDE);
-                println!(
-                    "{name:<16} {engine:<16} {setup:>10.4} {bytes:>11} {:>8.3} {:>10.1} {:>11.2} {hits:>6}",
-                    rays / seconds * 1e-6,
-                    boxes as f64 / rays,
-                    shapes as f64 / rays,
-                );
-            };
+        let report = |engine: &str, setup: f64, bytes: usize, trace: Trace<'_>| {
+            let (hits, boxes, shapes, seconds) = picture(&lens, trace);
+            let rays = f64::from(SIDE * SIDE);
+            println!(
+                "{name:<16} {engine:<16} {setup:>10.4} {bytes:>11} {:>8.3} {:>10.1} {:>11.2} {hits:>6}",
+                rays / seconds * 1e-6,
+                boxes as f64 / rays,
+                shapes as f64 / rays,
+            );
+        };
 
         let (hyper_boxes, setup) = timed(|| boxes(&graph).map(ExactBoxes::into_hyper_boxes));
         let hyper_boxes = hyper_boxes?;
@@ -65,9 +67,9 @@ fn main() -> Result<(), Box<dyn Error>> {
                 timed(|| Ok::<_, Box<dyn Error>>(Accelerated::new(&graph, boxes(&graph)?, budget)?));
             let scene = scene?;
             let mut tracer = scene.tracer();
-            for (engine, packet) in [("fast, alone", 1), ("fast, packets", PACKET)] {
+            for (engine, packet) in [("fast", 1), ("fast, packets", PACKET)] {
                 let mut found = vec![None; packet];
-                report(&format!("{engine}"), setup, scene.bytes(), &mut |rays| {
+                report(engine, setup, scene.bytes(), &mut |rays| {
                     let mut hits = 0;
                     for rays in rays.chunks(packet) {
                         if packet == 1 {
@@ -120,7 +122,7 @@ fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
 }
 
 /// Traces all rays of a picture, in squares of 4 by 4: hits, tests of boxes and of primitives, and seconds.
-fn picture(lens: &Lens, trace: &mut dyn FnMut(&[Ray]) -> (usize, u64, u64)) -> (usize, u64, u64, f64) {
+fn picture(lens: &Lens, trace: Trace<'_>) -> (usize, u64, u64, f64) {
     let squares = (0..SIDE / 4).flat_map(|y| (0..SIDE / 4).map(move |x| (4 * x, 4 * y)));
     let rays: Vec<Ray> = squares
         .flat_map(|(x, y)| (0..16).map(move |at| (x + at % 4, y + at / 4)))

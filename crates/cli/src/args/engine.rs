@@ -3,7 +3,7 @@
 use std::fmt;
 
 use clap::{Args, ValueEnum};
-use csg_graph_trace::Accelerated;
+use csg_graph_trace::{Accelerated, Grid};
 
 use super::{MethodArg, StepsArg, ViewArg};
 use crate::Failure;
@@ -17,11 +17,18 @@ pub struct EngineArgs {
     /// reference walk alone has; --boxes and --max-steps are about them too.
     #[arg(long, value_enum)]
     pub engine: Option<EngineArg>,
-    /// Memory for the fast engine: bytes, or with a suffix K, M or G of 1024 each; without it 256K
+    /// Memory for the fast engine or the grid: bytes, or with a suffix K, M or G of 1024 each; without it 256K for the fast
+    /// engine and 16M for the grid
     ///
-    /// More memory is more speed, up to a point. It takes more than this only where the states alone need more.
+    /// More memory is more speed, up to a point. The fast engine takes more than this only where the states alone need
+    /// more.
     #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = bytes)]
     pub budget: Option<usize>,
+    /// Voxels along the longest side of the grid; without it as many as suit the number of primitives
+    ///
+    /// There are fewer where they would take more than half of the budget.
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..))]
+    pub resolution: Option<u32>,
     /// Which boxes the reference walk tests rays against; without it chain, or exact where chain would take more than a
     /// moment
     ///
@@ -40,6 +47,8 @@ pub enum EngineArg {
     Reference,
     /// States compiled beforehand into wide trees of boxes, rays traced in packets
     Fast,
+    /// The paper's grid: its walk, but rays enter the graph at the states that the voxels on their way hold
+    Grid,
 }
 
 /// Which boxes a render uses.
@@ -66,6 +75,10 @@ pub(crate) enum Plan {
     Fast {
         budget: usize,
     },
+    Grid {
+        resolution: Option<u32>,
+        budget: usize,
+    },
 }
 
 impl EngineArgs {
@@ -81,22 +94,34 @@ impl EngineArgs {
             ViewArg::Cost => Some("--view cost"),
             ViewArg::Shaded | ViewArg::Normal | ViewArg::Depth => None,
         };
-        match (self.engine, of_reference) {
-            (Some(EngineArg::Fast), Some(asked)) => Err(Failure::Usage(format!(
-                "{asked} is about the boxes of the reference walk, which --engine fast does not use; leave one of the two out"
-            ))),
-            (Some(EngineArg::Fast) | None, None) => {
-                Ok(Plan::Fast { budget: self.budget.unwrap_or(Accelerated::DEFAULT_BUDGET) })
+        let engine = match (self.engine, of_reference) {
+            (Some(engine @ (EngineArg::Fast | EngineArg::Grid)), Some(asked)) => {
+                return Err(Failure::Usage(format!(
+                    "{asked} is about the boxes of the reference walk, which --engine {engine} does not use; leave one of the two out"
+                )));
             }
-            (Some(EngineArg::Reference), _) | (None, Some(_)) if self.budget.is_some() => {
+            (Some(engine), _) => engine,
+            (None, None) => EngineArg::Fast,
+            (None, Some(_)) => EngineArg::Reference,
+        };
+        if self.resolution.is_some() && engine != EngineArg::Grid {
+            return Err(Failure::Usage(
+                "--resolution is about voxels, which only --engine grid has".to_owned(),
+            ));
+        }
+        match engine {
+            EngineArg::Reference if self.budget.is_some() => {
                 let asked = of_reference.unwrap_or("--engine reference");
                 Err(Failure::Usage(format!(
-                    "--budget is memory for the fast engine, and {asked} asks for the reference walk; leave one of the two out"
+                    "--budget is memory for the fast engine or the grid, and {asked} asks for the reference walk; leave one of the two out"
                 )))
             }
-            (Some(EngineArg::Reference), _) | (None, Some(_)) => {
-                Ok(Plan::Reference { boxes: self.boxes, max_steps: self.limit.once() })
-            }
+            EngineArg::Reference => Ok(Plan::Reference { boxes: self.boxes, max_steps: self.limit.once() }),
+            EngineArg::Fast => Ok(Plan::Fast { budget: self.budget.unwrap_or(Accelerated::DEFAULT_BUDGET) }),
+            EngineArg::Grid => Ok(Plan::Grid {
+                resolution: self.resolution,
+                budget: self.budget.unwrap_or(Grid::DEFAULT_BUDGET),
+            }),
         }
     }
 }
@@ -118,6 +143,7 @@ impl fmt::Display for EngineArg {
         f.write_str(match self {
             Self::Reference => "reference",
             Self::Fast => "fast",
+            Self::Grid => "grid",
         })
     }
 }
