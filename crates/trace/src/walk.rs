@@ -18,7 +18,7 @@
 //! - The map of normals is carried down along with the ray, so that a hit costs nothing in proportion to its depth.
 //! - Parameters change for what is below a C-node only; the paper calls them global.
 
-use csg_graph::{Env, EvalError, Graph, Node, NodeId, Operator, State, Transform};
+use csg_graph::{Env, EvalError, Graph, Node, NodeId, Operator, Transform};
 use csg_graph_bounds::HyperBoxes;
 use glam::{DMat3, DVec3};
 
@@ -111,20 +111,6 @@ impl<'a> Walk<'a> {
     pub fn nearest(&mut self, ray: &Ray) -> Result<Option<Hit>, EvalError> {
         self.counters.rays += 1;
         self.run(self.root_visit(ray), f64::INFINITY, false)?;
-        Ok(self.take_hit(ray))
-    }
-
-    /// The first boundary at 0 < t < `end` of the solid of a state, for a ray in the frame of the state, where surfaces
-    /// are `surface` unless they are painted below.
-    pub(crate) fn nearest_below(
-        &mut self,
-        state: &State,
-        ray: &Ray,
-        end: f64,
-        surface: Surface,
-    ) -> Result<Option<Hit>, EvalError> {
-        let visit = Visit { node: state.node(), env: state.env().clone(), surface, ..self.root_visit(ray) };
-        self.run(visit, end, false)?;
         Ok(self.take_hit(ray))
     }
 

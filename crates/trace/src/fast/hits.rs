@@ -4,7 +4,7 @@
 //! as a tree, so that noting a hit costs nothing in proportion to its depth; normals and surfaces are found afterwards,
 //! for the hits that remain.
 
-use super::lanes::{LANES, Lanes};
+use super::lanes::{LANES, Lanes, Mask};
 
 /// Where a way begins: at the root.
 pub(super) const START: u32 = 0;
@@ -18,6 +18,8 @@ pub(super) struct Hits {
     found: [Option<Place>; LANES],
     /// Ways, each as the one that it goes on from and the item that it enters.
     ways: Vec<(u32, u32)>,
+    /// The rays that have hit a face from its inner side, that of something subtracted, as a set.
+    turned: Mask,
     /// Counts all changes of t.
     pub(super) changes: u32,
 }
@@ -31,13 +33,14 @@ pub(super) struct Place {
 
 impl Hits {
     pub(super) fn new() -> Self {
-        Self { t: Lanes::ZERO, found: [None; LANES], ways: Vec::new(), changes: 0 }
+        Self { t: Lanes::ZERO, found: [None; LANES], ways: Vec::new(), turned: 0, changes: 0 }
     }
 
     /// Starts over.
     pub(super) fn clear(&mut self, ends: [f64; LANES]) {
         self.t = Lanes(ends);
         self.found = [None; LANES];
+        self.turned = 0;
         self.ways.clear();
         self.ways.push((START, 0));
         self.changes = 0;
@@ -70,6 +73,17 @@ impl Hits {
         self.changes += 1;
     }
 
+    /// Says more exactly what has been hit.
+    pub(super) fn refine(&mut self, lane: usize, place: Place, turned: bool) {
+        self.found[lane] = Some(place);
+        self.turned |= u32::from(turned) << lane;
+    }
+
+    /// Whether a face was hit from its inner side.
+    pub(super) fn is_turned(&self, lane: usize) -> bool {
+        self.turned >> lane & 1 == 1
+    }
+
     pub(super) fn found(&self, lane: usize) -> Option<Place> {
         self.found[lane]
     }
@@ -89,7 +103,7 @@ impl Hits {
 
     /// Whether a place is left of another one in the graph. The items of a super-node are in the order of the graph.
     #[cold]
-    fn is_left(&self, place: Place, of: Option<Place>) -> bool {
+    pub(super) fn is_left(&self, place: Place, of: Option<Place>) -> bool {
         let Some(of) = of else { return false };
         let (mut one, mut other) = (Vec::new(), Vec::new());
         self.items(place, &mut one);

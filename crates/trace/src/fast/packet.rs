@@ -51,7 +51,7 @@ impl Packet {
 
     /// Follows the rays of the set from the root.
     #[inline(always)]
-    pub(super) fn trace<S: Simd>(&mut self, simd: S, inquiry: &mut Inquiry<'_, '_>, lanes: Mask) {
+    pub(super) fn trace<S: Simd>(&mut self, simd: S, inquiry: &mut Inquiry<'_>, lanes: Mask) {
         let compiled = inquiry.compiled;
         self.stack.clear();
         self.levels[0].way = START;
@@ -95,10 +95,11 @@ impl Packet {
                     self.enter(simd, &compiled.supers[number as usize], level + 1, lanes, inquiry.hits);
                 }
                 Content::Solid(solid) => {
-                    let state = &compiled.solids[solid as usize];
                     each(lanes, |lane| {
                         let ray = transform(&rays.rays.get(lane), &item.item_from_super);
-                        if let Some(t) = inquiry.solids.first(state, &ray, inquiry.hits.t.0[lane]) {
+                        if let Some(t) =
+                            inquiry.solids.first(simd, compiled, solid, &ray, inquiry.hits.t.0[lane])
+                        {
                             inquiry.answer(lane, t, place);
                         }
                     });

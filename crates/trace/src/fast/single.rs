@@ -14,10 +14,10 @@ use crate::{Ray, shapes};
 
 /// What is left to do.
 #[derive(Clone, Copy, Debug)]
-struct Open {
-    near: f32,
-    child: Child,
-    level: u32,
+pub(super) struct Open {
+    pub(super) near: f32,
+    pub(super) child: Child,
+    pub(super) level: u32,
 }
 
 /// The memory of single rays.
@@ -34,7 +34,7 @@ impl Single {
     pub(super) fn trace<S: Simd>(
         &mut self,
         simd: S,
-        inquiry: &mut Inquiry<'_, '_>,
+        inquiry: &mut Inquiry<'_>,
         lane: usize,
         (narrow, child): (Narrow, Child),
     ) {
@@ -59,7 +59,7 @@ impl Single {
                 Err(node) => {
                     let node = &compiled.nodes[node];
                     inquiry.work.boxes += u64::from(node.count);
-                    let (near, met) = met(simd, node, narrow, end);
+                    let (near, met) = met(simd, node, narrow, narrow.start, end);
                     push(&mut self.stack, node, near, met, level);
                     continue;
                 }
@@ -83,7 +83,7 @@ impl Single {
                 }
                 Content::Solid(solid) => {
                     let end = inquiry.hits.t.0[lane];
-                    inquiry.solids.first(&compiled.solids[solid as usize], &ray, end)
+                    inquiry.solids.first(simd, compiled, solid, &ray, end)
                 }
                 Content::Shape(shape) => {
                     inquiry.work.primitives += 1;
@@ -109,11 +109,11 @@ pub(super) fn first(spans: &shapes::Spans) -> Option<f64> {
     spans.iter().flat_map(|span| [span.enter.t, span.exit.t]).find(|t| *t > 0.0)
 }
 
-/// Which children of a node a ray meets before `end`, and where.
+/// Which children of a node a ray meets between `start` and `end`, and where.
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "eight bits")]
-fn met<S: Simd>(simd: S, node: &Node, ray: &Narrow, end: f32) -> ([f32; WIDTH], u32) {
-    let mut near = f32x8::splat(simd, ray.start);
+pub(super) fn met<S: Simd>(simd: S, node: &Node, ray: &Narrow, start: f32, end: f32) -> ([f32; WIDTH], u32) {
+    let mut near = f32x8::splat(simd, start);
     let mut far = f32x8::splat(simd, end);
     let near_planes = node.near_planes(ray.falling());
     let far_planes = node.far_planes(ray.falling());
@@ -130,7 +130,7 @@ fn met<S: Simd>(simd: S, node: &Node, ray: &Narrow, end: f32) -> ([f32; WIDTH], 
 
 /// Puts children on the stack, the nearest last.
 #[inline(always)]
-fn push(stack: &mut Vec<Open>, node: &Node, near: [f32; WIDTH], mut met: u32, level: u32) {
+pub(super) fn push(stack: &mut Vec<Open>, node: &Node, near: [f32; WIDTH], mut met: u32, level: u32) {
     let first = stack.len();
     while met != 0 {
         let slot = met.trailing_zeros() as usize % WIDTH;
