@@ -42,6 +42,8 @@ pub(super) struct SuperNode {
     /// The ball around it, in the frame of the state.
     pub(super) center: DVec3,
     pub(super) radius: f64,
+    /// One by the radius.
+    pub(super) to_unit: f64,
     /// How far its items reach: the radius, or infinitely far if some are unbounded.
     pub(super) reach: f64,
     /// Where its tree begins; `None` if it is empty.
@@ -463,7 +465,7 @@ fn super_node(boxes: &mut [Aabb], first: usize, nodes: &mut Vec<Node>) -> SuperN
         *bounds = Aabb::new((bounds.min - center) / radius, (bounds.max - center) / radius);
     }
     let root = (!boxes.is_empty()).then(|| tree::build(boxes, first, nodes));
-    SuperNode { center, radius, reach, root }
+    SuperNode { center, radius, to_unit: 1.0 / radius, reach, root }
 }
 
 /// The index of a shape among all; one of the last is not added again.

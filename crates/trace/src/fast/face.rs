@@ -11,13 +11,12 @@ use csg_graph::Operator;
 use fearless_simd::Simd;
 
 use super::compile::{Compiled, Content, Solid};
-use super::frame::Narrow;
 use super::hits::{Hits, Place};
 use super::lanes::transform;
-use super::single::{Open, met, push};
+use super::point::{Mark, Points};
 use crate::Ray;
 use crate::boolean::inside;
-use crate::shapes::{self, Spans};
+use crate::shapes::{self, Extents};
 
 /// A face of a primitive.
 #[derive(Clone, Copy, Debug)]
@@ -42,8 +41,7 @@ struct Crossing {
 #[derive(Debug, Default)]
 pub(super) struct Faces {
     calls: Vec<Call>,
-    levels: Vec<Narrow>,
-    stack: Vec<Open>,
+    points: Points,
     items: Vec<u32>,
 }
 
@@ -65,25 +63,23 @@ struct Operation {
     left: Option<Crossing>,
 }
 
-/// A union whose tree is being searched.
+/// A union whose parts are being asked.
 #[derive(Clone, Copy, Debug)]
 struct Union {
     before: bool,
     behind: bool,
     /// The leftmost faces of parts that are left, and of those that are entered.
     faces: [Option<(Place, bool)>; 2],
-    /// Where its part of the stack begins.
-    stack: usize,
-    level: u32,
+    mark: Mark,
 }
 
 impl Crossing {
     const OUTSIDE: Self = Self { before: false, behind: false, face: None };
 
     #[inline(always)]
-    fn new(spans: &Spans, t: f64, place: Place) -> Self {
-        let before = spans.iter().any(|span| span.enter.t < t && t <= span.exit.t);
-        let behind = spans.iter().any(|span| span.enter.t <= t && t < span.exit.t);
+    fn new(extents: &Extents, t: f64, place: Place) -> Self {
+        let before = extents.iter().any(|[enter, exit]| *enter < t && t <= *exit);
+        let behind = extents.iter().any(|[enter, exit]| *enter <= t && t < *exit);
         Self { before, behind, face: (before != behind).then_some((place, behind)) }
     }
 
@@ -154,8 +150,7 @@ impl Faces {
         t: f64,
     ) -> Crossing {
         self.calls.clear();
-        self.levels.clear();
-        self.stack.clear();
+        self.points.clear();
         let (left, way) = self.begin(compiled, hits, place, solid, ray);
         let mut answer = self.ask(compiled, hits, left, *ray, way, t);
         loop {
@@ -208,16 +203,15 @@ impl Faces {
         t: f64,
     ) -> Option<Crossing> {
         loop {
-            let ball = &compiled.supers[operand as usize];
-            let Some(root) = ball.root else { return Some(Crossing::OUTSIDE) };
+            let Some(root) = compiled.supers[operand as usize].root else { return Some(Crossing::OUTSIDE) };
             if let Ok(at) = root.get() {
+                let place = Place { way, item: item(at) };
                 let item = &compiled.items[at];
-                let place = place(way, at);
                 match item.content {
                     Content::Shape(shape) => {
                         let ray = transform(&ray, &item.item_from_super);
-                        let spans = shapes::spans(&compiled.shapes[shape as usize], &ray);
-                        return Some(Crossing::new(&spans, t, place));
+                        let extents = shapes::extents(&compiled.shapes[shape as usize], &ray);
+                        return Some(Crossing::new(&extents, t, place));
                     }
                     Content::Solid(solid) => {
                         ray = transform(&ray, &item.item_from_super);
@@ -227,19 +221,16 @@ impl Faces {
                     Content::Super(_) => {}
                 }
             }
-            let Some(narrow) = Narrow::new(ray, ball, way) else { return Some(Crossing::OUTSIDE) };
-            let level = u32::try_from(self.levels.len()).expect("2³² levels outgrow memory");
-            let stack = self.stack.len();
-            self.levels.push(narrow);
-            self.stack.push(Open { near: f32::NEG_INFINITY, child: root, level });
-            let union = Union { before: false, behind: false, faces: [None; 2], stack, level };
+            let mark = self.points.mark();
+            self.points.enter(compiled, operand, ray, way);
+            let union = Union { before: false, behind: false, faces: [None; 2], mark };
             self.calls.push(Call::Union(union));
             return None;
         }
     }
 
-    /// Searches the tree of a union for parts around t, until it has an answer or a part has to be asked that is on the
-    /// stack then.
+    /// Goes through the parts of a union that hold the point at t, until it has an answer or a part has to be asked that
+    /// is on the stack then.
     #[inline(always)]
     fn search<S: Simd>(
         &mut self,
@@ -249,49 +240,28 @@ impl Faces {
         mut union: Union,
         t: f64,
     ) -> Option<Crossing> {
-        while self.stack.len() > union.stack {
-            let Some(open) = self.stack.pop() else { break };
-            let level = open.level;
-            self.levels.truncate(level as usize + 1);
-            let narrow = &self.levels[level as usize];
-            let at = match open.child.get() {
-                Err(node) => {
-                    let node = &compiled.nodes[node];
-                    let (near, met) = met(simd, node, narrow, narrow.start(t), narrow.end(t));
-                    push(&mut self.stack, node, near, met, level);
-                    continue;
-                }
-                Ok(at) => at,
-            };
-            let item = &compiled.items[at];
-            let place = place(narrow.way, at);
-            let ray = transform(&narrow.ray, &item.item_from_super);
-            match item.content {
-                Content::Super(number) => {
-                    let below = &compiled.supers[number as usize];
-                    if let Some(root) = below.root
-                        && let Some(narrow) = Narrow::new(ray, below, hits.enter(place.way, place.item))
-                    {
-                        self.levels.push(narrow);
-                        self.stack.push(Open { near: f32::NEG_INFINITY, child: root, level: level + 1 });
-                    }
-                }
+        loop {
+            let ways = |way, at| hits.enter(way, item(at));
+            let Some(part) = self.points.next(simd, compiled, union.mark, t, &mut 0, ways) else { break };
+            let place = Place { way: part.way, item: item(part.at) };
+            match compiled.items[part.at].content {
                 Content::Shape(shape) => {
-                    let spans = shapes::spans(&compiled.shapes[shape as usize], &ray);
-                    union.take(Crossing::new(&spans, t, place), hits);
+                    let extents = shapes::extents(&compiled.shapes[shape as usize], &part.ray);
+                    union.take(Crossing::new(&extents, t, place), hits);
                 }
                 Content::Solid(solid) => {
                     self.calls.push(Call::Union(union));
-                    let (left, way) = self.begin(compiled, hits, place, solid, &ray);
-                    return self.ask(compiled, hits, left, ray, way, t);
+                    let (left, way) = self.begin(compiled, hits, place, solid, &part.ray);
+                    return self.ask(compiled, hits, left, part.ray, way, t);
                 }
+                Content::Super(_) => unreachable!("super-nodes are entered"),
             }
         }
-        self.levels.truncate(union.level as usize);
+        self.points.rewind(union.mark);
         Some(union.answer())
     }
 }
 
-fn place(way: u32, at: usize) -> Place {
-    Place { way, item: u32::try_from(at).expect("items are numbered in 31 bits") }
+fn item(at: usize) -> u32 {
+    u32::try_from(at).expect("items are numbered in 31 bits")
 }

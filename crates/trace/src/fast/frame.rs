@@ -17,7 +17,7 @@ use crate::Ray;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, SimdNarrow, f32x16, f64x8, mask32x16};
 
 /// How far off a ray may be, relative to the way it came: 64 transformations with an error of 2⁻⁵² each.
-const DRIFT: f64 = 1.0 / (1_u64 << 46) as f64;
+pub(super) const DRIFT: f64 = 1.0 / (1_u64 << 46) as f64;
 
 /// Errors of parameters in single precision.
 const FUDGE: f32 = 1.0 / (1 << 20) as f32;
@@ -254,7 +254,7 @@ pub(super) fn float_bits<S: Simd>(mask: mask32x16<S>) -> Mask {
 
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "rounding is meant; infinity stays what it is")]
-fn narrow(value: f64) -> f32 {
+pub(super) fn narrow(value: f64) -> f32 {
     value as f32
 }
 

@@ -10,6 +10,7 @@ mod frame;
 mod hits;
 mod lanes;
 mod packet;
+mod point;
 mod shapes;
 mod single;
 mod solid;

@@ -121,8 +121,8 @@ impl Packet {
                             each(lanes >> (half * HALF) & 0xff, |lane| {
                                 let lane = half * HALF + lane;
                                 let ray = transform(&rays.rays.get(lane), &item.item_from_super);
-                                let spans = crate::shapes::spans(&compiled.shapes[shape as usize], &ray);
-                                if let Some(first) = single::first(&spans) {
+                                let extents = crate::shapes::extents(&compiled.shapes[shape as usize], &ray);
+                                if let Some(first) = single::first(&extents) {
                                     t.0[lane] = first;
                                     met |= 1 << lane;
                                 }

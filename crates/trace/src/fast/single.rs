@@ -10,7 +10,8 @@ use super::frame::Narrow;
 use super::hits::{Place, START};
 use super::lanes::transform;
 use super::tree::{Child, Node, WIDTH};
-use crate::{Ray, shapes};
+use crate::Ray;
+use crate::shapes::{self, Extents};
 
 /// What is left to do.
 #[derive(Clone, Copy, Debug)]
@@ -87,7 +88,7 @@ impl Single {
                 }
                 Content::Shape(shape) => {
                     inquiry.work.primitives += 1;
-                    first(&shapes::spans(&compiled.shapes[shape as usize], &ray))
+                    first(&shapes::extents(&compiled.shapes[shape as usize], &ray))
                 }
             };
             if let Some(t) = hit {
@@ -105,8 +106,10 @@ impl Single {
 }
 
 /// The first boundary in front of the origin.
-pub(super) fn first(spans: &shapes::Spans) -> Option<f64> {
-    spans.iter().flat_map(|span| [span.enter.t, span.exit.t]).find(|t| *t > 0.0)
+#[inline(always)]
+pub(super) fn first(extents: &Extents) -> Option<f64> {
+    let first = extents.iter().find(|[enter, exit]| enter < exit && *exit > 0.0);
+    first.map(|[enter, exit]| if *enter > 0.0 { *enter } else { *exit })
 }
 
 /// Which children of a node a ray meets between `start` and `end`, and where.

@@ -27,10 +27,11 @@ use super::compile::{Compiled, Content, Solid};
 use super::frame::Narrow;
 use super::hits::START;
 use super::lanes::transform;
+use super::point::{Mark, Points};
 use super::single::{Open, met, push};
 use super::tree::Child;
 use crate::Ray;
-use crate::shapes::{self, Spans};
+use crate::shapes::{self, Extents};
 
 /// What is asked: where the ray comes to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,6 +55,7 @@ pub(super) struct Solids {
     /// The rays in the super-nodes that they are in.
     levels: Vec<Narrow>,
     stack: Vec<Open>,
+    points: Points,
     pub(super) work: Work,
 }
 
@@ -61,7 +63,8 @@ pub(super) struct Solids {
 #[derive(Clone, Copy, Debug)]
 enum Call {
     Operation(Operation),
-    Union(Union),
+    Entering(Entering),
+    Leaving(Leaving),
 }
 
 /// An operator that waits for an operand.
@@ -77,19 +80,28 @@ struct Operation {
     other: f64,
 }
 
-/// A union whose tree is being searched.
+/// A union that is being searched for where a ray comes inside.
 #[derive(Clone, Copy, Debug)]
-struct Union {
+struct Entering {
     question: Question,
-    /// The nearest t inside so far; or, if outside is sought, up to where the parts reach that are known.
+    /// The nearest so far.
+    t: f64,
+    /// Where its parts of the stack and of the levels begin.
+    stack: usize,
+    level: usize,
+}
+
+/// A union that is being searched for where a ray gets outside.
+#[derive(Clone, Copy, Debug)]
+struct Leaving {
+    question: Question,
+    /// Up to where the parts reach that are known to follow each other.
     t: f64,
     /// Where this pass through the tree has begun.
     pass: f64,
-    /// Where its part of the stack begins.
-    stack: usize,
-    root: Child,
-    /// The level of the root.
-    level: u32,
+    operand: u32,
+    ray: Ray,
+    mark: Mark,
 }
 
 /// What follows an answer.
@@ -102,15 +114,16 @@ enum Next {
 impl Question {
     /// What spans answer.
     #[inline(always)]
-    fn answer(&self, spans: &Spans) -> f64 {
+    fn answer(&self, extents: &Extents) -> f64 {
+        let from = self.from;
         match self.seek {
             Seek::Inside => {
-                let span = spans.iter().find(|span| span.exit.t > self.from);
-                span.map_or(f64::INFINITY, |span| span.enter.t.max(self.from))
+                let extent = extents.iter().find(|[enter, exit]| enter < exit && from < *exit);
+                extent.map_or(f64::INFINITY, |[enter, _]| enter.max(from))
             }
             Seek::Outside => {
-                let span = spans.iter().find(|span| span.enter.t <= self.from && self.from < span.exit.t);
-                span.map_or(self.from, |span| span.exit.t)
+                let extent = extents.iter().find(|[enter, exit]| *enter <= from && from < *exit);
+                extent.map_or(from, |[_, exit]| *exit)
             }
         }
     }
@@ -153,33 +166,11 @@ impl Operation {
     }
 }
 
-impl Union {
-    /// Takes the answer of a part.
-    #[inline(always)]
-    fn take(&mut self, t: f64) {
-        self.t = match self.question.seek {
-            Seek::Inside => self.t.min(t),
-            Seek::Outside => self.t.max(t),
-        };
-    }
-
-    /// What is asked of the next part.
-    #[inline(always)]
-    fn question(&self) -> Question {
-        let Question { seek, from, limit } = self.question;
-        match seek {
-            Seek::Inside => Question { seek, from, limit: limit.min(self.t) },
-            Seek::Outside => Question { seek, from: self.t, limit },
-        }
-    }
-
+impl Entering {
     /// The s between which a box matters.
     #[inline(always)]
     fn range(&self, narrow: &Narrow) -> [f32; 2] {
-        match self.question.seek {
-            Seek::Inside => [narrow.start(self.question.from), narrow.end(self.t.min(self.question.limit))],
-            Seek::Outside => [narrow.start(self.t), narrow.end(self.t)],
-        }
+        [narrow.start(self.question.from), narrow.end(self.t.min(self.question.limit))]
     }
 }
 
@@ -220,6 +211,7 @@ impl Solids {
         self.calls.clear();
         self.levels.clear();
         self.stack.clear();
+        self.points.clear();
         let left = self.begin(compiled, solid, ray, question);
         let mut answer = self.ask(compiled, left, *ray, question);
         loop {
@@ -235,13 +227,17 @@ impl Solids {
                         self.ask(compiled, operand, ray, question)
                     }
                 },
-                (Some(Call::Union(union)), answer) => {
+                (Some(Call::Entering(union)), answer) => {
                     let mut union = *union;
                     self.calls.pop();
-                    if let Some(t) = answer {
-                        union.take(t);
-                    }
-                    self.search(simd, compiled, union)
+                    union.t = answer.map_or(union.t, |t| union.t.min(t));
+                    self.come_in(simd, compiled, union)
+                }
+                (Some(Call::Leaving(union)), answer) => {
+                    let mut union = *union;
+                    self.calls.pop();
+                    union.t = answer.map_or(union.t, |t| union.t.max(t));
+                    self.get_out(simd, compiled, union)
                 }
                 (_, None) => unreachable!("only unions wait before they have asked"),
             }
@@ -275,7 +271,9 @@ impl Solids {
                     Content::Shape(shape) => {
                         let ray = transform(&ray, &item.item_from_super);
                         self.work.primitives += 1;
-                        return Some(question.answer(&shapes::spans(&compiled.shapes[shape as usize], &ray)));
+                        return Some(
+                            question.answer(&shapes::extents(&compiled.shapes[shape as usize], &ray)),
+                        );
                     }
                     Content::Solid(solid) => {
                         ray = transform(&ray, &item.item_from_super);
@@ -285,48 +283,46 @@ impl Solids {
                     Content::Super(_) => {}
                 }
             }
-            let Some(narrow) = Narrow::new(ray, ball, START) else { return Some(question.nowhere()) };
-            let level = u32::try_from(self.levels.len()).expect("2³² levels outgrow memory");
-            let t = question.nowhere();
-            let union = Union { question, t, pass: t, stack: self.stack.len(), root, level };
-            self.levels.push(narrow);
-            self.stack.push(Open { near: f32::NEG_INFINITY, child: root, level });
-            self.calls.push(Call::Union(union));
+            match question.seek {
+                Seek::Inside => {
+                    let Some(narrow) = Narrow::new(ray, ball, START) else { return Some(f64::INFINITY) };
+                    let (stack, level) = (self.stack.len(), self.levels.len());
+                    self.open(narrow, root);
+                    self.calls.push(Call::Entering(Entering { question, t: f64::INFINITY, stack, level }));
+                }
+                Seek::Outside => {
+                    let (t, mark) = (question.from, self.points.mark());
+                    self.points.enter(compiled, operand, ray, START);
+                    self.calls.push(Call::Leaving(Leaving { question, t, pass: t, operand, ray, mark }));
+                }
+            }
             return None;
         }
     }
 
-    /// Searches the tree of a union until it has an answer, or until a part has to be asked that is on the stack then.
+    fn open(&mut self, narrow: Narrow, root: Child) {
+        let level = u32::try_from(self.levels.len()).expect("2³² levels outgrow memory");
+        self.levels.push(narrow);
+        self.stack.push(Open { near: f32::NEG_INFINITY, child: root, level });
+    }
+
+    /// Searches a union, nearest boxes first, until it has an answer, or until a part has to be asked that is on the stack
+    /// then.
     #[inline(always)]
-    fn search<S: Simd>(&mut self, simd: S, compiled: &Compiled, mut union: Union) -> Option<f64> {
-        let Question { seek, from, limit } = union.question;
+    fn come_in<S: Simd>(&mut self, simd: S, compiled: &Compiled, mut union: Entering) -> Option<f64> {
+        let from = union.question.from;
         let mut level = u32::MAX;
-        let mut changed = true;
+        let mut known = union.t;
         let [mut start, mut end] = [0.0; 2];
-        loop {
-            let is_certain = match seek {
-                Seek::Inside => union.t <= from,
-                Seek::Outside => union.t > limit || union.t.is_infinite(),
-            };
-            if is_certain {
-                self.stack.truncate(union.stack);
-                break;
-            }
-            if self.stack.len() == union.stack {
-                // Parts that were passed by may hold the point where the others have ended.
-                if seek == Seek::Inside || union.t <= union.pass {
-                    break;
-                }
-                union.pass = union.t;
-                self.stack.push(Open { near: f32::NEG_INFINITY, child: union.root, level: union.level });
-            }
-            let open = self.stack.pop().expect("what is above the union's part of the stack");
-            if open.level != level || changed {
-                (level, changed) = (open.level, false);
+        // Nothing is nearer than where the ray is already.
+        while union.t > from && self.stack.len() > union.stack {
+            let Some(open) = self.stack.pop() else { break };
+            if open.level != level || union.t < known {
+                (level, known) = (open.level, union.t);
                 self.levels.truncate(level as usize + 1);
                 [start, end] = union.range(&self.levels[level as usize]);
             }
-            if seek == Seek::Inside && open.near > end {
+            if open.near > end {
                 continue;
             }
             let narrow = &self.levels[level as usize];
@@ -342,34 +338,66 @@ impl Solids {
             };
             let item = &compiled.items[at];
             let ray = transform(&narrow.ray, &item.item_from_super);
-            let before = union.t;
+            let question = Question { limit: union.question.limit.min(union.t), ..union.question };
             match item.content {
                 Content::Super(number) => {
                     let below = &compiled.supers[number as usize];
                     if let Some(root) = below.root
                         && let Some(narrow) = Narrow::new(ray, below, START)
                     {
-                        self.levels.push(narrow);
-                        self.stack.push(Open { near: f32::NEG_INFINITY, child: root, level: level + 1 });
+                        self.open(narrow, root);
                     }
-                    continue;
                 }
                 Content::Shape(shape) => {
                     self.work.primitives += 1;
-                    let spans = shapes::spans(&compiled.shapes[shape as usize], &ray);
-                    union.take(union.question().answer(&spans));
+                    let extents = shapes::extents(&compiled.shapes[shape as usize], &ray);
+                    union.t = union.t.min(question.answer(&extents));
                 }
                 Content::Solid(solid) => {
-                    let question = union.question();
-                    self.calls.push(Call::Union(union));
+                    self.calls.push(Call::Entering(union));
                     let left = self.begin(compiled, solid, &ray, question);
-                    // The answer of the left operand is none of this union's.
                     return self.ask(compiled, left, ray, question);
                 }
             }
-            changed = before.to_bits() != union.t.to_bits();
         }
-        self.levels.truncate(union.level as usize);
+        self.stack.truncate(union.stack);
+        self.levels.truncate(union.level);
+        Some(union.t)
+    }
+
+    /// Searches a union for parts that reach further, until no part does, or until a part has to be asked that is on the
+    /// stack then.
+    #[inline(always)]
+    fn get_out<S: Simd>(&mut self, simd: S, compiled: &Compiled, mut union: Leaving) -> Option<f64> {
+        let limit = union.question.limit;
+        while union.t <= limit && union.t.is_finite() {
+            let boxes = &mut self.work.boxes;
+            let Some(part) = self.points.next(simd, compiled, union.mark, union.t, boxes, |_, _| START)
+            else {
+                if union.t <= union.pass {
+                    break;
+                }
+                // Parts that were passed by may hold the point where the others have ended.
+                union.pass = union.t;
+                self.points.enter(compiled, union.operand, union.ray, START);
+                continue;
+            };
+            let question = Question { seek: Seek::Outside, from: union.t, limit };
+            match compiled.items[part.at].content {
+                Content::Shape(shape) => {
+                    self.work.primitives += 1;
+                    let extents = shapes::extents(&compiled.shapes[shape as usize], &part.ray);
+                    union.t = question.answer(&extents);
+                }
+                Content::Solid(solid) => {
+                    self.calls.push(Call::Leaving(union));
+                    let left = self.begin(compiled, solid, &part.ray, question);
+                    return self.ask(compiled, left, part.ray, question);
+                }
+                Content::Super(_) => unreachable!("super-nodes are entered"),
+            }
+        }
+        self.points.rewind(union.mark);
         Some(union.t)
     }
 }
