@@ -13,18 +13,10 @@ use fearless_simd::Simd;
 use super::compile::{Compiled, Content, Solid};
 use super::hits::{Hits, Place};
 use super::lanes::transform;
-use super::point::{Mark, Points};
+use super::point::{Mark, Part, Points};
 use crate::Ray;
 use crate::boolean::inside;
 use crate::shapes::{self, Extents};
-
-/// A face of a primitive.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Face {
-    pub(super) place: Place,
-    /// Whether the solid is on the outer side of the face: it is the face of something subtracted.
-    pub(super) turned: bool,
-}
 
 /// What a ray does at t.
 #[derive(Clone, Copy, Debug)]
@@ -33,8 +25,8 @@ struct Crossing {
     before: bool,
     /// And just behind.
     behind: bool,
-    /// The face between, and whether the ray enters its primitive there.
-    face: Option<(Place, bool)>,
+    /// The face between, turned if the ray leaves its primitive there.
+    face: Option<Place>,
 }
 
 /// The memory of the search.
@@ -69,7 +61,7 @@ struct Union {
     before: bool,
     behind: bool,
     /// The leftmost faces of parts that are left, and of those that are entered.
-    faces: [Option<(Place, bool)>; 2],
+    faces: [Option<Place>; 2],
     mark: Mark,
 }
 
@@ -80,7 +72,7 @@ impl Crossing {
     fn new(extents: &Extents, t: f64, place: Place) -> Self {
         let before = extents.iter().any(|[enter, exit]| *enter < t && t <= *exit);
         let behind = extents.iter().any(|[enter, exit]| *enter <= t && t < *exit);
-        Self { before, behind, face: (before != behind).then_some((place, behind)) }
+        Self { before, behind, face: (before != behind).then_some(Place { turned: before, ..place }) }
     }
 
     fn combine(operator: Operator, left: Self, right: Self) -> Self {
@@ -96,9 +88,9 @@ impl Union {
     fn take(&mut self, part: Crossing, hits: &Hits) {
         self.before |= part.before;
         self.behind |= part.behind;
-        if let Some((place, _)) = part.face {
+        if let Some(place) = part.face {
             let leftmost = &mut self.faces[usize::from(part.behind)];
-            if leftmost.is_none_or(|(other, _)| hits.is_left(place, Some(other))) {
+            if leftmost.is_none_or(|other| hits.is_left(place, Some(other))) {
                 *leftmost = part.face;
             }
         }
@@ -121,7 +113,7 @@ impl Faces {
         place: Place,
         world_ray: &Ray,
         t: f64,
-    ) -> Option<Face> {
+    ) -> Option<Place> {
         simd.vectorize(
             #[inline(always)]
             || {
@@ -132,7 +124,7 @@ impl Faces {
                 }
                 let Content::Solid(solid) = compiled.items[place.item as usize].content else { return None };
                 let crossing = self.run(simd, compiled, hits, place, solid, &ray, t);
-                crossing.face.map(|(place, enters)| Face { place, turned: enters != crossing.behind })
+                crossing.face.map(|face| Place { turned: face.turned != crossing.before, ..face })
             },
         )
     }
@@ -186,7 +178,7 @@ impl Faces {
         ray: &Ray,
     ) -> (u32, u32) {
         let Solid { operator, operands: [left, right] } = compiled.solids[solid as usize];
-        let way = hits.enter(place.way, place.item);
+        let way = hits.enter(place);
         self.calls.push(Call::Operation(Operation { operator, right, ray: *ray, way, left: None }));
         (left, way)
     }
@@ -205,7 +197,7 @@ impl Faces {
         loop {
             let Some(root) = compiled.supers[operand as usize].root else { return Some(Crossing::OUTSIDE) };
             if let Ok(at) = root.get() {
-                let place = Place { way, item: item(at) };
+                let place = Place::new(way, at);
                 let item = &compiled.items[at];
                 match item.content {
                     Content::Shape(shape) => {
@@ -241,18 +233,18 @@ impl Faces {
         t: f64,
     ) -> Option<Crossing> {
         loop {
-            let ways = |way, at| hits.enter(way, item(at));
+            let ways = |place| hits.enter(place);
             let Some(part) = self.points.next(simd, compiled, union.mark, t, &mut 0, ways) else { break };
-            let place = Place { way: part.way, item: item(part.at) };
-            match compiled.items[part.at].content {
+            let Part { place, ray } = part;
+            match compiled.items[place.item as usize].content {
                 Content::Shape(shape) => {
-                    let extents = shapes::extents(&compiled.shapes[shape as usize], &part.ray);
+                    let extents = shapes::extents(&compiled.shapes[shape as usize], &ray);
                     union.take(Crossing::new(&extents, t, place), hits);
                 }
                 Content::Solid(solid) => {
                     self.calls.push(Call::Union(union));
-                    let (left, way) = self.begin(compiled, hits, place, solid, &part.ray);
-                    return self.ask(compiled, hits, left, part.ray, way, t);
+                    let (left, way) = self.begin(compiled, hits, place, solid, &ray);
+                    return self.ask(compiled, hits, left, ray, way, t);
                 }
                 Content::Super(_) => unreachable!("super-nodes are entered"),
             }
@@ -260,8 +252,4 @@ impl Faces {
         self.points.rewind(union.mark);
         Some(union.answer())
     }
-}
-
-fn item(at: usize) -> u32 {
-    u32::try_from(at).expect("items are numbered in 31 bits")
 }

@@ -116,6 +116,22 @@ impl Narrow {
         Some(narrowed)
     }
 
+    /// The ray for a super-node of one item, which has no boxes to test.
+    #[inline(always)]
+    pub(super) fn alone(ray: Ray, way: u32) -> Self {
+        let zero = [0.0; 3];
+        Self {
+            ray,
+            base: 0.0,
+            rate: 1.0,
+            inverse: zero,
+            near_offset: zero,
+            far_offset: zero,
+            start: 0.0,
+            way,
+        }
+    }
+
     /// The s of a t, not before it.
     #[inline(always)]
     pub(super) fn end(&self, t: f64) -> f32 {

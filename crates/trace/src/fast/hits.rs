@@ -4,7 +4,7 @@
 //! as a tree, so that noting a hit costs nothing in proportion to its depth; normals and surfaces are found afterwards,
 //! for the hits that remain.
 
-use super::lanes::{LANES, Lanes, Mask};
+use super::lanes::{LANES, Lanes};
 
 /// Where a way begins: at the root.
 pub(super) const START: u32 = 0;
@@ -18,8 +18,6 @@ pub(super) struct Hits {
     found: [Option<Place>; LANES],
     /// Ways, each as the one that it goes on from and the item that it enters.
     ways: Vec<(u32, u32)>,
-    /// The rays that have hit a face from its inner side, that of something subtracted, as a set.
-    turned: Mask,
     /// Counts all changes of t.
     pub(super) changes: u32,
 }
@@ -29,18 +27,29 @@ pub(super) struct Hits {
 pub(super) struct Place {
     pub(super) way: u32,
     pub(super) item: u32,
+    /// Whether the solid is on the outer side of what is hit there: it is the face of something subtracted.
+    pub(super) turned: bool,
+}
+
+impl Place {
+    pub(super) const NONE: Self = Self { way: START, item: 0, turned: false };
+
+    #[inline(always)]
+    pub(super) fn new(way: u32, item: usize) -> Self {
+        let item = u32::try_from(item).expect("items are numbered in 31 bits");
+        Self { way, item, turned: false }
+    }
 }
 
 impl Hits {
     pub(super) fn new() -> Self {
-        Self { t: Lanes::ZERO, found: [None; LANES], ways: Vec::new(), turned: 0, changes: 0 }
+        Self { t: Lanes::ZERO, found: [None; LANES], ways: Vec::new(), changes: 0 }
     }
 
     /// Starts over.
     pub(super) fn clear(&mut self, ends: [f64; LANES]) {
         self.t = Lanes(ends);
         self.found = [None; LANES];
-        self.turned = 0;
         self.ways.clear();
         self.ways.push((START, 0));
         self.changes = 0;
@@ -48,8 +57,8 @@ impl Hits {
 
     /// The way that enters an item.
     #[inline(always)]
-    pub(super) fn enter(&mut self, way: u32, item: u32) -> u32 {
-        self.ways.push((way, item));
+    pub(super) fn enter(&mut self, place: Place) -> u32 {
+        self.ways.push((place.way, place.item));
         u32::try_from(self.ways.len() - 1).expect("2³² super-nodes on the way of one packet outgrow memory")
     }
 
@@ -74,14 +83,8 @@ impl Hits {
     }
 
     /// Says more exactly what has been hit.
-    pub(super) fn refine(&mut self, lane: usize, place: Place, turned: bool) {
+    pub(super) fn refine(&mut self, lane: usize, place: Place) {
         self.found[lane] = Some(place);
-        self.turned |= u32::from(turned) << lane;
-    }
-
-    /// Whether a face was hit from its inner side.
-    pub(super) fn is_turned(&self, lane: usize) -> bool {
-        self.turned >> lane & 1 == 1
     }
 
     pub(super) fn found(&self, lane: usize) -> Option<Place> {

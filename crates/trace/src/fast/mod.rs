@@ -79,7 +79,17 @@ impl Inquiry<'_> {
         }
     }
 
-    /// Finds out which face of a solid a ray has hit, if it is a solid.
+    /// Asks a solid about a ray in its frame.
+    #[inline(always)]
+    fn ask_solid<S: Simd>(&mut self, simd: S, lane: usize, ray: &Ray, solid: u32, place: Place) {
+        let end = self.hits.t.0[lane];
+        let first = self.solids.first(simd, self.compiled, self.hits, (solid, place), ray, end);
+        if let Some((t, place)) = first {
+            self.answer(lane, t, place);
+        }
+    }
+
+    /// Finds out which face of a solid a ray has hit, if that is not known yet.
     #[inline(always)]
     fn refine<S: Simd>(&mut self, simd: S, lane: usize, ray: &Ray) {
         let Self { compiled, hits, faces, .. } = self;
@@ -89,7 +99,7 @@ impl Inquiry<'_> {
         {
             let t = hits.t.0[lane];
             if let Some(face) = faces.find(simd, compiled, hits, place, ray, t) {
-                hits.refine(lane, face.place, face.turned);
+                hits.refine(lane, face);
             }
         }
     }
@@ -223,7 +233,6 @@ impl Tracer<'_> {
     /// What a lane has hit.
     fn hit(&mut self, lane: usize, world_ray: &Ray) -> Option<Hit> {
         let place = self.hits.found(lane)?;
-        let Place { item: last, .. } = place;
         self.hits.items(place, &mut self.items);
         let compiled = &self.scene.compiled;
         let mut ray = *world_ray;
@@ -236,7 +245,7 @@ impl Tracer<'_> {
             let terms = item.paint.map_or(&[][..], |paint| &compiled.paints[paint as usize]);
             terms.iter().for_each(|(term, value)| surface.set(*term, *value));
         }
-        let item = &compiled.items[last as usize];
+        let item = &compiled.items[place.item as usize];
         let Content::Shape(shape) = item.content else {
             unreachable!("what is hit is a face of a primitive")
         };
@@ -244,7 +253,7 @@ impl Tracer<'_> {
         let t = self.hits.t.0[lane];
         // By the same arithmetic as before.
         let end = spans.iter().flat_map(|span| [span.enter, span.exit]).find(|end| end.t >= t)?;
-        let normal = if self.hits.is_turned(lane) { -end.normal } else { end.normal };
+        let normal = if place.turned { -end.normal } else { end.normal };
         let up = |normal: DVec3, item: &u32| {
             compiled.items[*item as usize].item_from_super.matrix3.transpose() * normal
         };

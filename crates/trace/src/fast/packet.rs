@@ -86,22 +86,17 @@ impl Packet {
                 Ok(at) => at,
             };
             let item = &compiled.items[at];
-            let place =
-                Place { way: rays.way, item: u32::try_from(at).expect("items are numbered in 31 bits") };
+            let place = Place::new(rays.way, at);
             match item.content {
                 Content::Super(number) => {
-                    let way = inquiry.hits.enter(place.way, place.item);
+                    let way = inquiry.hits.enter(place);
                     self.descend(simd, item, level as usize, way);
                     self.enter(simd, &compiled.supers[number as usize], level + 1, lanes, inquiry.hits);
                 }
                 Content::Solid(solid) => {
                     each(lanes, |lane| {
                         let ray = transform(&rays.rays.get(lane), &item.item_from_super);
-                        if let Some(t) =
-                            inquiry.solids.first(simd, compiled, solid, &ray, inquiry.hits.t.0[lane])
-                        {
-                            inquiry.answer(lane, t, place);
-                        }
+                        inquiry.ask_solid(simd, lane, &ray, solid, place);
                     });
                 }
                 Content::Shape(shape) => {

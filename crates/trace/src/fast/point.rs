@@ -8,6 +8,7 @@ use fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
 
 use super::compile::{Compiled, Content};
 use super::frame::{DRIFT, narrow};
+use super::hits::Place;
 use super::lanes::transform;
 use super::tree::{Child, Node, WIDTH};
 use crate::Ray;
@@ -36,11 +37,10 @@ pub(super) struct Mark {
     stack: usize,
 }
 
-/// An item that may hold the point, with the ray in its frame and the way to it.
+/// An item that may hold the point, with the ray in its frame.
 pub(super) struct Part {
-    pub(super) at: usize,
+    pub(super) place: Place,
     pub(super) ray: Ray,
-    pub(super) way: u32,
 }
 
 impl Points {
@@ -80,7 +80,7 @@ impl Points {
         mark: Mark,
         t: f64,
         boxes: &mut u64,
-        mut ways: impl FnMut(u32, usize) -> u32,
+        mut ways: impl FnMut(Place) -> u32,
     ) -> Option<Part> {
         while self.stack.len() > mark.stack {
             let (child, level) = self.stack.pop()?;
@@ -103,9 +103,10 @@ impl Points {
             };
             let item = &compiled.items[at];
             let ray = transform(&ray, &item.item_from_super);
+            let place = Place::new(way, at);
             match item.content {
-                Content::Super(number) => self.enter(compiled, number, ray, ways(way, at)),
-                _ => return Some(Part { at, ray, way }),
+                Content::Super(number) => self.enter(compiled, number, ray, ways(place)),
+                _ => return Some(Part { place, ray }),
             }
         }
         None

@@ -67,15 +67,13 @@ impl Single {
                 Ok(at) => at,
             };
             let item = &compiled.items[at];
-            let place =
-                Place { way: narrow.way, item: u32::try_from(at).expect("items are numbered in 31 bits") };
+            let place = Place::new(narrow.way, at);
             let ray = transform(&narrow.ray, &item.item_from_super);
             let hit = match item.content {
                 Content::Super(number) => {
                     let below = &compiled.supers[number as usize];
                     if let Some(root) = below.root
-                        && let Some(narrow) =
-                            Narrow::new(ray, below, inquiry.hits.enter(place.way, place.item))
+                        && let Some(narrow) = Narrow::new(ray, below, inquiry.hits.enter(place))
                     {
                         self.levels.push(narrow);
                         self.stack.push(Open { near: f32::NEG_INFINITY, child: root, level: level + 1 });
@@ -83,8 +81,8 @@ impl Single {
                     continue;
                 }
                 Content::Solid(solid) => {
-                    let end = inquiry.hits.t.0[lane];
-                    inquiry.solids.first(simd, compiled, solid, &ray, end)
+                    inquiry.ask_solid(simd, lane, &ray, solid, place);
+                    continue;
                 }
                 Content::Shape(shape) => {
                     inquiry.work.primitives += 1;
@@ -101,7 +99,12 @@ impl Single {
     #[inline(always)]
     pub(super) fn start(compiled: &Compiled, ray: &Ray) -> Option<(Narrow, Child)> {
         let root = &compiled.supers[0];
-        Some((Narrow::new(*ray, root, START)?, root.root?))
+        let child = root.root?;
+        let narrow = match child.get() {
+            Ok(_) => Narrow::alone(*ray, START),
+            Err(_) => Narrow::new(*ray, root, START)?,
+        };
+        Some((narrow, child))
     }
 }
 

@@ -25,9 +25,9 @@ use fearless_simd::Simd;
 use super::Work;
 use super::compile::{Compiled, Content, Solid};
 use super::frame::Narrow;
-use super::hits::START;
+use super::hits::{Hits, Place};
 use super::lanes::transform;
-use super::point::{Mark, Points};
+use super::point::{Mark, Part, Points};
 use super::single::{Open, met, push};
 use super::tree::Child;
 use crate::Ray;
@@ -48,6 +48,15 @@ struct Question {
     limit: f64,
 }
 
+/// Where the ray comes to be there, and the face that it passes: unless there are several at this t, or none because it
+/// has been there before.
+#[derive(Clone, Copy, Debug)]
+struct Answer {
+    t: f64,
+    /// Turned if the ray leaves its primitive there.
+    face: Place,
+}
+
 /// The memory of rays through solids.
 #[derive(Debug, Default)]
 pub(super) struct Solids {
@@ -56,6 +65,8 @@ pub(super) struct Solids {
     levels: Vec<Narrow>,
     stack: Vec<Open>,
     points: Points,
+    /// Whether there may be several faces at one t, of which the wrong one is known.
+    tied: bool,
     pub(super) work: Work,
 }
 
@@ -74,18 +85,18 @@ struct Operation {
     operator: Operator,
     operands: [u32; 2],
     ray: Ray,
+    way: u32,
     /// Which operand was asked last.
     asked: usize,
     /// What the other operand has answered.
-    other: f64,
+    other: Option<Answer>,
 }
 
 /// A union that is being searched for where a ray comes inside.
 #[derive(Clone, Copy, Debug)]
 struct Entering {
     question: Question,
-    /// The nearest so far.
-    t: f64,
+    nearest: Answer,
     /// Where its parts of the stack and of the levels begin.
     stack: usize,
     level: usize,
@@ -96,43 +107,62 @@ struct Entering {
 struct Leaving {
     question: Question,
     /// Up to where the parts reach that are known to follow each other.
-    t: f64,
+    last: Answer,
     /// Where this pass through the tree has begun.
     pass: f64,
+    /// How many parts of this pass end where the last one does, itself among them.
+    ends: u32,
     operand: u32,
     ray: Ray,
+    way: u32,
     mark: Mark,
 }
 
 /// What follows an answer.
 enum Next {
-    Answer(f64),
+    Answer(Answer),
     /// A super-node.
     Ask(u32, Question),
 }
 
+impl Answer {
+    const NEVER: Self = Self::at(f64::INFINITY);
+
+    const fn at(t: f64) -> Self {
+        Self { t, face: Place::NONE }
+    }
+}
+
 impl Question {
-    /// What spans answer.
+    /// What a primitive answers.
     #[inline(always)]
-    fn answer(&self, extents: &Extents) -> f64 {
+    fn answer(&self, extents: &Extents, face: Place) -> Answer {
         let from = self.from;
+        let face = Place { turned: self.seek == Seek::Outside, ..face };
         match self.seek {
             Seek::Inside => {
                 let extent = extents.iter().find(|[enter, exit]| enter < exit && from < *exit);
-                extent.map_or(f64::INFINITY, |[enter, _]| enter.max(from))
+                extent.map_or(Answer::NEVER, |[enter, _]| Answer { t: enter.max(from), face })
             }
             Seek::Outside => {
                 let extent = extents.iter().find(|[enter, exit]| *enter <= from && from < *exit);
-                extent.map_or(from, |[_, exit]| *exit)
+                extent.map_or(Answer::at(from), |[_, exit]| Answer { t: *exit, face })
             }
         }
     }
 
+    /// Whether a primitive has a face just where it is asked.
+    #[inline(always)]
+    #[expect(clippy::float_cmp, reason = "faces that differ by an ulp do not coincide")]
+    fn begins_at_face(&self, extents: &Extents) -> bool {
+        extents.iter().any(|[enter, exit]| enter < exit && (*enter == self.from || *exit == self.from))
+    }
+
     /// What an empty solid answers.
-    fn nowhere(&self) -> f64 {
+    fn nowhere(&self) -> Answer {
         match self.seek {
-            Seek::Inside => f64::INFINITY,
-            Seek::Outside => self.from,
+            Seek::Inside => Answer::NEVER,
+            Seek::Outside => Answer::at(self.from),
         }
     }
 }
@@ -140,22 +170,22 @@ impl Question {
 impl Operation {
     /// Goes on with the answer of the operand that was asked last.
     #[inline(always)]
-    fn resume(&mut self, t: f64) -> Next {
+    fn resume(&mut self, answer: Answer) -> Next {
         let Question { seek, from, limit } = self.question;
-        match seek {
-            Seek::Inside if t > limit => Next::Answer(f64::INFINITY),
-            // The other one is satisfied there, too.
-            Seek::Inside if t <= self.other => Next::Answer(t),
-            Seek::Inside => self.ask_other(t, t, limit),
-            Seek::Outside if self.asked == 1 => Next::Answer(t.min(self.other)),
-            Seek::Outside if t <= from => Next::Answer(t),
-            Seek::Outside => self.ask_other(t, from, t.min(limit)),
+        match (seek, self.other) {
+            (Seek::Inside, _) if answer.t > limit => Next::Answer(Answer::NEVER),
+            // This one is inside where the other has come inside.
+            (Seek::Inside, Some(other)) if answer.t <= other.t => Next::Answer(other),
+            (Seek::Inside, _) => self.ask_other(answer, answer.t, limit),
+            (Seek::Outside, Some(left)) => Next::Answer(if answer.t < left.t { answer } else { left }),
+            (Seek::Outside, None) if answer.t <= from => Next::Answer(answer),
+            (Seek::Outside, None) => self.ask_other(answer, from, answer.t.min(limit)),
         }
     }
 
     #[inline(always)]
-    fn ask_other(&mut self, answer: f64, from: f64, limit: f64) -> Next {
-        self.other = answer;
+    fn ask_other(&mut self, answer: Answer, from: f64, limit: f64) -> Next {
+        self.other = Some(answer);
         self.asked = 1 - self.asked;
         let seek = match (self.question.seek, self.operator, self.asked) {
             (Seek::Inside, Operator::Difference, 1) => Seek::Outside,
@@ -167,33 +197,50 @@ impl Operation {
 }
 
 impl Entering {
+    /// Takes the answer of a part. Says whether it is at the same t as that of another one.
+    #[inline(always)]
+    #[expect(clippy::float_cmp, reason = "faces that differ by an ulp do not coincide")]
+    fn take(&mut self, answer: Answer) -> bool {
+        let tied = answer.t == self.nearest.t && answer.t < f64::INFINITY;
+        if answer.t < self.nearest.t {
+            self.nearest = answer;
+        }
+        tied
+    }
+
     /// The s between which a box matters.
     #[inline(always)]
     fn range(&self, narrow: &Narrow) -> [f32; 2] {
-        [narrow.start(self.question.from), narrow.end(self.t.min(self.question.limit))]
+        [narrow.start(self.question.from), narrow.end(self.nearest.t.min(self.question.limit))]
     }
 }
 
 impl Solids {
-    /// The first boundary of a solid at t > 0 on a ray in its frame, not behind `end`.
+    /// The first boundary of a solid at t > 0 on a ray in its frame, not behind `end`, and the face there; or the place of
+    /// the solid if there are several.
     #[inline(never)]
     pub(super) fn first<S: Simd>(
         &mut self,
         simd: S,
         compiled: &Compiled,
-        solid: u32,
+        hits: &mut Hits,
+        at: (u32, Place),
         ray: &Ray,
         end: f64,
-    ) -> Option<f64> {
+    ) -> Option<(f64, Place)> {
         simd.vectorize(
             #[inline(always)]
             || {
-                let inside = Question { seek: Seek::Inside, from: 0.0, limit: end };
-                let mut t = self.run(simd, compiled, solid, ray, inside);
-                if t <= 0.0 {
-                    t = self.run(simd, compiled, solid, ray, Question { seek: Seek::Outside, ..inside });
+                let question = Question { seek: Seek::Inside, from: 0.0, limit: end };
+                let mut answer = self.run(simd, compiled, hits, at, ray, question);
+                let leaves = answer.t <= 0.0;
+                if leaves {
+                    let question = Question { seek: Seek::Outside, ..question };
+                    answer = self.run(simd, compiled, hits, at, ray, question);
                 }
-                (t <= end && t.is_finite()).then_some(t)
+                let Answer { t, face } = answer;
+                let place = if self.tied { at.1 } else { Place { turned: face.turned != leaves, ..face } };
+                (t <= end && t.is_finite()).then_some((t, place))
             },
         )
     }
@@ -204,53 +251,66 @@ impl Solids {
         &mut self,
         simd: S,
         compiled: &Compiled,
-        solid: u32,
+        hits: &mut Hits,
+        (solid, place): (u32, Place),
         ray: &Ray,
         question: Question,
-    ) -> f64 {
+    ) -> Answer {
         self.calls.clear();
         self.levels.clear();
         self.stack.clear();
         self.points.clear();
-        let left = self.begin(compiled, solid, ray, question);
-        let mut answer = self.ask(compiled, left, *ray, question);
+        self.tied = false;
+        let (left, way) = self.begin(compiled, hits, (solid, place), ray, question);
+        let mut answer = self.ask(compiled, hits, (left, way), *ray, question);
         loop {
             answer = match (self.calls.last_mut(), answer) {
-                (None, Some(t)) => return t,
-                (Some(Call::Operation(operation)), Some(t)) => match operation.resume(t) {
-                    Next::Answer(t) => {
+                (None, Some(answer)) => return answer,
+                (Some(Call::Operation(operation)), Some(part)) => match operation.resume(part) {
+                    Next::Answer(answer) => {
                         self.calls.pop();
-                        Some(t)
+                        Some(answer)
                     }
                     Next::Ask(operand, question) => {
-                        let ray = operation.ray;
-                        self.ask(compiled, operand, ray, question)
+                        let (ray, way) = (operation.ray, operation.way);
+                        self.ask(compiled, hits, (operand, way), ray, question)
                     }
                 },
                 (Some(Call::Entering(union)), answer) => {
                     let mut union = *union;
                     self.calls.pop();
-                    union.t = answer.map_or(union.t, |t| union.t.min(t));
-                    self.come_in(simd, compiled, union)
+                    if let Some(part) = answer {
+                        self.tied |= union.take(part);
+                    }
+                    self.come_in(simd, compiled, hits, union)
                 }
                 (Some(Call::Leaving(union)), answer) => {
                     let mut union = *union;
                     self.calls.pop();
-                    union.t = answer.map_or(union.t, |t| union.t.max(t));
-                    self.get_out(simd, compiled, union)
+                    union.last = answer.filter(|part| part.t > union.last.t).unwrap_or(union.last);
+                    self.get_out(simd, compiled, hits, union)
                 }
                 (_, None) => unreachable!("only unions wait before they have asked"),
             }
         }
     }
 
-    /// Puts an operator on the stack, which waits for its left operand, and says what that is. It is asked the same.
+    /// Puts an operator on the stack, which waits for its left operand, and says what that is and the way to it. It is
+    /// asked the same.
     #[inline(always)]
-    fn begin(&mut self, compiled: &Compiled, solid: u32, ray: &Ray, question: Question) -> u32 {
+    fn begin(
+        &mut self,
+        compiled: &Compiled,
+        hits: &mut Hits,
+        (solid, place): (u32, Place),
+        ray: &Ray,
+        question: Question,
+    ) -> (u32, u32) {
         let Solid { operator, operands } = compiled.solids[solid as usize];
-        let operation = Operation { question, operator, operands, ray: *ray, asked: 0, other: f64::NAN };
-        self.calls.push(Call::Operation(operation));
-        operands[0]
+        let way = hits.enter(place);
+        let (ray, asked, other) = (*ray, 0, None);
+        self.calls.push(Call::Operation(Operation { question, operator, operands, ray, way, asked, other }));
+        (operands[0], way)
     }
 
     /// Asks an operand. It answers at once, or is put on the stack.
@@ -258,26 +318,28 @@ impl Solids {
     fn ask(
         &mut self,
         compiled: &Compiled,
-        mut operand: u32,
+        hits: &mut Hits,
+        (mut operand, mut way): (u32, u32),
         mut ray: Ray,
         question: Question,
-    ) -> Option<f64> {
+    ) -> Option<Answer> {
         loop {
             let ball = &compiled.supers[operand as usize];
             let Some(root) = ball.root else { return Some(question.nowhere()) };
             if let Ok(at) = root.get() {
                 let item = &compiled.items[at];
+                let place = Place::new(way, at);
                 match item.content {
                     Content::Shape(shape) => {
                         let ray = transform(&ray, &item.item_from_super);
                         self.work.primitives += 1;
-                        return Some(
-                            question.answer(&shapes::extents(&compiled.shapes[shape as usize], &ray)),
-                        );
+                        let extents = shapes::extents(&compiled.shapes[shape as usize], &ray);
+                        self.tied |= question.begins_at_face(&extents);
+                        return Some(question.answer(&extents, place));
                     }
                     Content::Solid(solid) => {
                         ray = transform(&ray, &item.item_from_super);
-                        operand = self.begin(compiled, solid, &ray, question);
+                        (operand, way) = self.begin(compiled, hits, (solid, place), &ray, question);
                         continue;
                     }
                     Content::Super(_) => {}
@@ -285,15 +347,18 @@ impl Solids {
             }
             match question.seek {
                 Seek::Inside => {
-                    let Some(narrow) = Narrow::new(ray, ball, START) else { return Some(f64::INFINITY) };
+                    let Some(narrow) = Narrow::new(ray, ball, way) else { return Some(Answer::NEVER) };
                     let (stack, level) = (self.stack.len(), self.levels.len());
                     self.open(narrow, root);
-                    self.calls.push(Call::Entering(Entering { question, t: f64::INFINITY, stack, level }));
+                    let nearest = Answer::NEVER;
+                    self.calls.push(Call::Entering(Entering { question, nearest, stack, level }));
                 }
                 Seek::Outside => {
-                    let (t, mark) = (question.from, self.points.mark());
-                    self.points.enter(compiled, operand, ray, START);
-                    self.calls.push(Call::Leaving(Leaving { question, t, pass: t, operand, ray, mark }));
+                    let (last, pass) = (Answer::at(question.from), question.from);
+                    let mark = self.points.mark();
+                    self.points.enter(compiled, operand, ray, way);
+                    let union = Leaving { question, last, pass, ends: 0, operand, ray, way, mark };
+                    self.calls.push(Call::Leaving(union));
                 }
             }
             return None;
@@ -309,16 +374,22 @@ impl Solids {
     /// Searches a union, nearest boxes first, until it has an answer, or until a part has to be asked that is on the stack
     /// then.
     #[inline(always)]
-    fn come_in<S: Simd>(&mut self, simd: S, compiled: &Compiled, mut union: Entering) -> Option<f64> {
+    fn come_in<S: Simd>(
+        &mut self,
+        simd: S,
+        compiled: &Compiled,
+        hits: &mut Hits,
+        mut union: Entering,
+    ) -> Option<Answer> {
         let from = union.question.from;
         let mut level = u32::MAX;
-        let mut known = union.t;
+        let mut known = union.nearest.t;
         let [mut start, mut end] = [0.0; 2];
         // Nothing is nearer than where the ray is already.
-        while union.t > from && self.stack.len() > union.stack {
+        while union.nearest.t > from && self.stack.len() > union.stack {
             let Some(open) = self.stack.pop() else { break };
-            if open.level != level || union.t < known {
-                (level, known) = (open.level, union.t);
+            if open.level != level || union.nearest.t < known {
+                (level, known) = (open.level, union.nearest.t);
                 self.levels.truncate(level as usize + 1);
                 [start, end] = union.range(&self.levels[level as usize]);
             }
@@ -337,13 +408,14 @@ impl Solids {
                 Ok(at) => at,
             };
             let item = &compiled.items[at];
+            let place = Place::new(narrow.way, at);
             let ray = transform(&narrow.ray, &item.item_from_super);
-            let question = Question { limit: union.question.limit.min(union.t), ..union.question };
+            let question = Question { limit: union.question.limit.min(known), ..union.question };
             match item.content {
                 Content::Super(number) => {
                     let below = &compiled.supers[number as usize];
                     if let Some(root) = below.root
-                        && let Some(narrow) = Narrow::new(ray, below, START)
+                        && let Some(narrow) = Narrow::new(ray, below, hits.enter(place))
                     {
                         self.open(narrow, root);
                     }
@@ -351,53 +423,67 @@ impl Solids {
                 Content::Shape(shape) => {
                     self.work.primitives += 1;
                     let extents = shapes::extents(&compiled.shapes[shape as usize], &ray);
-                    union.t = union.t.min(question.answer(&extents));
+                    self.tied |= question.begins_at_face(&extents);
+                    self.tied |= union.take(question.answer(&extents, place));
                 }
                 Content::Solid(solid) => {
                     self.calls.push(Call::Entering(union));
-                    let left = self.begin(compiled, solid, &ray, question);
-                    return self.ask(compiled, left, ray, question);
+                    let (left, way) = self.begin(compiled, hits, (solid, place), &ray, question);
+                    return self.ask(compiled, hits, (left, way), ray, question);
                 }
             }
         }
         self.stack.truncate(union.stack);
         self.levels.truncate(union.level);
-        Some(union.t)
+        Some(union.nearest)
     }
 
     /// Searches a union for parts that reach further, until no part does, or until a part has to be asked that is on the
     /// stack then.
     #[inline(always)]
-    fn get_out<S: Simd>(&mut self, simd: S, compiled: &Compiled, mut union: Leaving) -> Option<f64> {
-        let limit = union.question.limit;
-        while union.t <= limit && union.t.is_finite() {
+    fn get_out<S: Simd>(
+        &mut self,
+        simd: S,
+        compiled: &Compiled,
+        hits: &mut Hits,
+        mut union: Leaving,
+    ) -> Option<Answer> {
+        let Question { seek, from, limit } = union.question;
+        while union.last.t <= limit && union.last.t.is_finite() {
+            let t = union.last.t;
+            let ways = |place| hits.enter(place);
             let boxes = &mut self.work.boxes;
-            let Some(part) = self.points.next(simd, compiled, union.mark, union.t, boxes, |_, _| START)
-            else {
-                if union.t <= union.pass {
+            let Some(part) = self.points.next(simd, compiled, union.mark, t, boxes, ways) else {
+                if t <= union.pass {
+                    self.tied |= union.ends > u32::from(t > from);
                     break;
                 }
                 // Parts that were passed by may hold the point where the others have ended.
-                union.pass = union.t;
-                self.points.enter(compiled, union.operand, union.ray, START);
+                (union.pass, union.ends) = (t, 0);
+                self.points.enter(compiled, union.operand, union.ray, union.way);
                 continue;
             };
-            let question = Question { seek: Seek::Outside, from: union.t, limit };
-            match compiled.items[part.at].content {
+            let Part { place, ray } = part;
+            let question = Question { seek, from: t, limit };
+            match compiled.items[place.item as usize].content {
                 Content::Shape(shape) => {
                     self.work.primitives += 1;
-                    let extents = shapes::extents(&compiled.shapes[shape as usize], &part.ray);
-                    union.t = question.answer(&extents);
+                    let extents = shapes::extents(&compiled.shapes[shape as usize], &ray);
+                    union.ends += u32::from(question.begins_at_face(&extents));
+                    let answer = question.answer(&extents, place);
+                    if answer.t > t {
+                        union.last = answer;
+                    }
                 }
                 Content::Solid(solid) => {
                     self.calls.push(Call::Leaving(union));
-                    let left = self.begin(compiled, solid, &part.ray, question);
-                    return self.ask(compiled, left, part.ray, question);
+                    let (left, way) = self.begin(compiled, hits, (solid, place), &ray, question);
+                    return self.ask(compiled, hits, (left, way), ray, question);
                 }
                 Content::Super(_) => unreachable!("super-nodes are entered"),
             }
         }
         self.points.rewind(union.mark);
-        Some(union.t)
+        Some(union.last)
     }
 }
