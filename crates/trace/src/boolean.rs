@@ -73,7 +73,7 @@ impl SpanStack {
 }
 
 /// Whether a point is inside of the result, from whether it is inside of the operands.
-fn inside(operator: Operator, left: bool, right: bool) -> bool {
+pub(crate) fn inside(operator: Operator, left: bool, right: bool) -> bool {
     match operator {
         Operator::Union => left || right,
         Operator::Intersection => left && right,

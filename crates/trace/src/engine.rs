@@ -13,7 +13,7 @@ pub enum Engine<'a> {
     /// The walk over a graph, with its hyper boxes, or without any.
     Reference(&'a Graph, Option<&'a HyperBoxes>),
     /// The graph compiled. It has the same hits.
-    Fast(&'a Accelerated<'a>),
+    Fast(&'a Accelerated),
     /// Voxels where rays enter the graph, which has the same hits, too.
     Grid(&'a Grid<'a>),
 }

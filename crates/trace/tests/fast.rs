@@ -37,7 +37,7 @@ proptest! {
         let boxes = exact(&graph, &Limits::default()).unwrap();
         let hyper_boxes = exact(&graph, &Limits::default()).unwrap().into_hyper_boxes();
         prop_assume!(!hyper_boxes.root.is_empty());
-        let scene = Accelerated::new(&graph, boxes, budget).unwrap();
+        let scene = Accelerated::new(&graph, &boxes, budget).unwrap();
         let mut walk = Walk::new(&graph, Some(&hyper_boxes));
         let mut fast = scene.tracer();
         let rays: Vec<Ray> =
@@ -86,7 +86,7 @@ fn at_depth_hits_are_those_of_the_walk() {
         let boxes = exact(&graph, &Limits::default()).unwrap();
         let hyper_boxes = exact(&graph, &Limits::default()).unwrap().into_hyper_boxes();
         let mut walk = Walk::new(&graph, Some(&hyper_boxes));
-        let scene = Accelerated::new(&graph, boxes, Accelerated::DEFAULT_BUDGET).unwrap();
+        let scene = Accelerated::new(&graph, &boxes, Accelerated::DEFAULT_BUDGET).unwrap();
         assert!(scene.bytes() < 1 << 19, "{} bytes", scene.bytes());
         let mut fast = scene.tracer();
         let mut differ = 0;
@@ -126,7 +126,7 @@ fn a_tower_of_a_hundred_thousand_levels() {
     let graph = builder.finish(symbol).unwrap();
     let boxes = exact(&graph, &Limits::default()).unwrap();
     let top = boxes.root.max.z;
-    let scene = Accelerated::new(&graph, boxes, Accelerated::DEFAULT_BUDGET).unwrap();
+    let scene = Accelerated::new(&graph, &boxes, Accelerated::DEFAULT_BUDGET).unwrap();
     let mut fast = scene.tracer();
     for part in 1..10 {
         let ray = Ray { origin: DVec3::new(100.0, 1e-9, 0.1 * f64::from(part) * top), direction: -DVec3::X };

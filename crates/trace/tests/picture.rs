@@ -82,7 +82,7 @@ fn threads_and_boxes_change_no_byte() {
 fn primary_rays_are_those_of_a_picture_with_one_sample() {
     let graph = tower(5.0);
     let boxes = chain(&graph, &Limits::default()).unwrap();
-    let accelerated = Accelerated::new(&graph, exact(&graph, &Limits::default()).unwrap(), 1 << 14).unwrap();
+    let accelerated = Accelerated::new(&graph, &exact(&graph, &Limits::default()).unwrap(), 1 << 14).unwrap();
     let (width, height) = (45, 34);
     for engine in [Engine::Reference(&graph, Some(&boxes)), Engine::Fast(&accelerated)] {
         let world = World { engine, ..world(&graph, &boxes) };

@@ -7,6 +7,11 @@
 //! search. Each state where some list breaks off is opened likewise, once, however many lists lead to it. This is partial
 //! re-braiding \[BENT17\] over a graph that is cyclic, and the entry states of \[TRAX95\] §4 with a tree instead of a grid.
 //!
+//! The result of ∩ or \\ is an item, too: a *solid*, compiled once for each state, with a list and a tree for each of its
+//! operands, in its own frame. As nothing of an operand matters outside of the result, their boxes are clipped by that of
+//! the result, Cameron's S-bounds \[CAME89\] within one operator; what is left without a box is dropped. Successive
+//! subtractions are one: a \\ b \\ c has the operands a and b ∪ c.
+//!
 //! Nothing is unfolded: the work and the memory are the number of such states times the length of a list, and the lists
 //! become shorter the more states there are.
 
@@ -27,7 +32,7 @@ pub(super) struct Compiled {
     pub(super) nodes: Vec<Node>,
     pub(super) items: Vec<Item>,
     pub(super) shapes: Vec<Primitive>,
-    pub(super) solids: Vec<State>,
+    pub(super) solids: Vec<Solid>,
     pub(super) paints: Vec<Vec<(AttributeTerm, f64)>>,
 }
 
@@ -37,8 +42,20 @@ pub(super) struct SuperNode {
     /// The ball around it, in the frame of the state.
     pub(super) center: DVec3,
     pub(super) radius: f64,
+    /// One by the radius.
+    pub(super) to_unit: f64,
+    /// How far its items reach: the radius, or infinitely far if some are unbounded.
+    pub(super) reach: f64,
     /// Where its tree begins; `None` if it is empty.
     pub(super) root: Option<Child>,
+}
+
+/// The result of ∩ or \\.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Solid {
+    pub(super) operator: Operator,
+    /// The operands, super-nodes in the frame of the solid.
+    pub(super) operands: [u32; 2],
 }
 
 /// A part of a super-node.
@@ -89,7 +106,12 @@ impl Compiled {
 
     /// The memory that it takes.
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.supers) + size_of_val(&*self.nodes) + size_of_val(&*self.items)
+        let Self { supers, nodes, items, shapes, solids, paints: _ } = self;
+        size_of_val(&**supers)
+            + size_of_val(&**nodes)
+            + size_of_val(&**items)
+            + size_of_val(&**shapes)
+            + size_of_val(&**solids)
     }
 }
 
@@ -111,7 +133,8 @@ pub(crate) struct Resolved {
 pub(crate) enum Kind {
     /// Of parts, those of unions in unions among them.
     Union(Vec<Place>),
-    Solid,
+    /// Of operands, with the parts of those that are unions.
+    Solid(Operator, [Vec<Place>; 2]),
     Primitive(Primitive),
 }
 
@@ -144,8 +167,7 @@ impl<'a> States<'a> {
             }
             let state = state.clone();
             let kind = match graph.step(&state)? {
-                Step::Operator(Operator::Union, operands) => {
-                    let [left, right] = operands;
+                Step::Operator(operator, [left, right]) => {
                     let followed = [all.follow(left)?, all.follow(right)?];
                     let waiting = open.len();
                     for (_, below) in followed.iter().rev() {
@@ -156,14 +178,12 @@ impl<'a> States<'a> {
                     if open.len() > waiting {
                         continue;
                     }
-                    let place = |(place, below): &(Place, State)| Place {
-                        target: all.numbers[below],
-                        ..place.clone()
-                    };
-                    Kind::Union(followed.iter().flat_map(|operand| all.parts(place(operand))).collect())
+                    let operands =
+                        followed.map(|(place, below)| Place { target: all.numbers[&below], ..place });
+                    all.operator(operator, operands)
                 }
                 Step::Primitive(primitive) => Kind::Primitive(primitive),
-                _ => Kind::Solid,
+                other => unreachable!("{other:?} was followed"),
             };
             let bounds = boxes.of(&state).map_or(Aabb::EMPTY, |found| found.aabb);
             all.numbers.insert(state.clone(), index(all.states.len()));
@@ -174,7 +194,20 @@ impl<'a> States<'a> {
         Ok((all, root))
     }
 
-    /// The parts of an operand of a union: if it is a union in the same rule, its parts.
+    fn operator(&self, operator: Operator, [left, right]: [Place; 2]) -> Kind {
+        let (right, minuend) = (self.parts(right), left.depth == 0);
+        match (operator, &self.get(&left).kind) {
+            (Operator::Union, _) => Kind::Union(self.parts(left).into_iter().chain(right).collect()),
+            (Operator::Difference, Kind::Solid(Operator::Difference, [first, second])) if minuend => {
+                let then = |part| left.then(part);
+                let subtracted = second.iter().map(then).chain(right).collect();
+                Kind::Solid(operator, [first.iter().map(then).collect(), subtracted])
+            }
+            _ => Kind::Solid(operator, [self.parts(left), right]),
+        }
+    }
+
+    /// The parts of an operand: if it is a union in the same rule, its parts.
     fn parts(&self, operand: Place) -> Vec<Place> {
         match &self.get(&operand).kind {
             Kind::Union(parts) if operand.depth == 0 => parts.iter().map(|part| operand.then(part)).collect(),
@@ -215,13 +248,17 @@ impl<'a> States<'a> {
         &self.states[place.target as usize]
     }
 
-    /// Opens a place into a list of at most `length` places, in the order of the graph.
-    fn open(&self, root: Place, length: usize) -> Vec<Place> {
+    /// Opens the first union, and then others, into a list of at most `length` places, in the order of the graph.
+    fn open(&self, start: Vec<Place>, length: usize) -> Vec<Place> {
         // Each with the next one in the order of the graph.
-        let mut places = vec![(root, None)];
+        let count = start.len();
+        let mut places: Vec<(Place, Option<usize>)> =
+            start.into_iter().zip((1..count).map(Some).chain([None])).collect();
         let mut open = BinaryHeap::new();
-        self.enqueue(&mut open, &places[0].0, 0);
-        // The first is opened in any case, or the list would lead to itself.
+        for (at, (place, _)) in places.iter().enumerate() {
+            self.enqueue(&mut open, place, at);
+        }
+        // One place alone is opened in any case, or the list would lead to itself.
         while places.len() < length.max(2)
             && let Some(Largest { place: at, .. }) = open.pop()
         {
@@ -334,63 +371,73 @@ impl Eq for Largest {}
 
 /// The lists of all super-nodes, the root's first.
 struct Lists {
+    /// Each with the box that clips those of its places.
     lists: Vec<(Aabb, Vec<Place>)>,
     /// The super-node of each resolved state, if it has one.
     supers: Vec<Option<u32>>,
+    /// The solid of each resolved state, if it has one.
+    numbers: Vec<Option<u32>>,
+    solids: Vec<Solid>,
 }
 
 impl Lists {
     /// Opens all states that the root leads to into lists of that length, or gives up if they have more entries
     /// together than are affordable and could have fewer.
     fn open(states: &States<'_>, root: &Place, length: usize, affordable: usize) -> Option<Self> {
-        let root_box = states.boxes.root;
-        let mut all = Self { lists: Vec::new(), supers: vec![None; states.states.len()] };
-        let mut waiting = VecDeque::from([(root_box, root.clone())]);
-        let (mut count, mut total) = (1, 0);
-        while let Some((bounds, place)) = waiting.pop_front() {
-            let list = states.open(place, length);
+        let none = || vec![None; states.states.len()];
+        let mut all = Self { lists: Vec::new(), supers: none(), numbers: none(), solids: Vec::new() };
+        let mut waiting = VecDeque::from([(Aabb::ALL, vec![root.clone()])]);
+        let mut total = 0;
+        while let Some((clip, start)) = waiting.pop_front() {
+            let list = states.open(start, length);
             total += list.len();
             if total > affordable && length > SHORTEST {
                 return None;
             }
+            // This list is not among the lists yet.
+            let next = |waiting: &VecDeque<_>| index(all.lists.len() + 1 + waiting.len());
             for place in &list {
+                let target = place.target as usize;
                 let Resolved { bounds, kind, .. } = states.get(place);
-                let number = &mut all.supers[place.target as usize];
-                if matches!(kind, Kind::Union(_)) && number.is_none() {
-                    *number = Some(count);
-                    count += 1;
-                    waiting.push_back((*bounds, Place { target: place.target, ..Place::HERE }));
+                match kind {
+                    Kind::Union(_) if all.supers[target].is_none() => {
+                        all.supers[target] = Some(next(&waiting));
+                        waiting.push_back((Aabb::ALL, vec![Place { target: place.target, ..Place::HERE }]));
+                    }
+                    Kind::Solid(operator, operands) if all.numbers[target].is_none() => {
+                        all.numbers[target] = Some(index(all.solids.len()));
+                        let first = next(&waiting);
+                        all.solids.push(Solid { operator: *operator, operands: [first, first + 1] });
+                        waiting.extend(operands.iter().map(|parts| (*bounds, parts.clone())));
+                    }
+                    _ => {}
                 }
             }
-            all.lists.push((bounds, list));
+            all.lists.push((clip, list));
         }
         Some(all)
     }
 
     /// Gives all entries their exact boxes and each list its tree.
     fn close(self, states: &States<'_>) -> Compiled {
-        let mut compiled = Compiled::default();
+        let mut compiled = Compiled { solids: self.solids, ..Compiled::default() };
         let mut painted: FxHashMap<Vec<(AttributeTerm, u64)>, u32> = FxHashMap::default();
-        for (bounds, list) in self.lists {
-            let (center, radius) = (bounds.center(), 0.5 * bounds.size().length());
+        for (clip, list) in self.lists {
             let first = compiled.items.len();
-            let mut unit_boxes = Vec::with_capacity(list.len());
+            let mut boxes = Vec::with_capacity(list.len());
             for place in list {
-                let bounds = states.exact_box(&place);
+                let bounds = states.exact_box(&place).intersect(clip);
                 if bounds.is_empty() {
                     continue;
                 }
-                unit_boxes.push(Aabb::new((bounds.min - center) / radius, (bounds.max - center) / radius));
+                boxes.push(bounds);
                 let Resolved { state, kind, .. } = states.get(&place);
+                let number = |numbers: &[Option<u32>]| {
+                    numbers[place.target as usize].expect("what is at the end of a list has its number")
+                };
                 let content = match kind {
-                    Kind::Union(_) => {
-                        let number = self.supers[place.target as usize];
-                        Content::Super(number.expect("all unions at the ends of lists have their own"))
-                    }
-                    Kind::Solid => {
-                        compiled.solids.push(state.clone());
-                        Content::Solid(index(compiled.solids.len() - 1))
-                    }
+                    Kind::Union(_) => Content::Super(number(&self.supers)),
+                    Kind::Solid(..) => Content::Solid(number(&self.numbers)),
                     Kind::Primitive(primitive) => Content::Shape(shape(&mut compiled.shapes, primitive)),
                 };
                 let paint = (!place.paint.is_empty()).then(|| {
@@ -403,11 +450,25 @@ impl Lists {
                 let (item_from_super, depth) = (place.target_from_above, place.depth);
                 compiled.items.push(Item { item_from_super, content, node: state.node(), depth, paint });
             }
-            let root = (!unit_boxes.is_empty()).then(|| tree::build(&unit_boxes, first, &mut compiled.nodes));
-            compiled.supers.push(SuperNode { center, radius, root });
+            compiled.supers.push(super_node(&mut boxes, first, &mut compiled.nodes));
         }
         compiled
     }
+}
+
+/// The super-node whose items, the `first` and those behind it, have these boxes.
+fn super_node(boxes: &mut [Aabb], first: usize, nodes: &mut Vec<Node>) -> SuperNode {
+    let (bounded, unbounded): (Vec<Aabb>, Vec<Aabb>) = boxes.iter().partition(|bounds| bounds.is_bounded());
+    let all = bounded.into_iter().reduce(Aabb::join);
+    let (center, radius) = all.map_or((DVec3::ZERO, 0.0), |all| (all.center(), 0.5 * all.size().length()));
+    // A unit of any size for boxes without one.
+    let radius = if radius > 0.0 { radius } else { 1.0 };
+    let reach = if unbounded.is_empty() { radius } else { f64::INFINITY };
+    for bounds in &mut *boxes {
+        *bounds = Aabb::new((bounds.min - center) / radius, (bounds.max - center) / radius);
+    }
+    let root = (!boxes.is_empty()).then(|| tree::build(boxes, first, nodes));
+    SuperNode { center, radius, to_unit: 1.0 / radius, reach, root }
 }
 
 /// The index of a shape among all; one of the last is not added again.

@@ -17,7 +17,7 @@ use crate::Ray;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, SimdNarrow, f32x16, f64x8, mask32x16};
 
 /// How far off a ray may be, relative to the way it came: 64 transformations with an error of 2⁻⁵² each.
-const DRIFT: f64 = 1.0 / (1_u64 << 46) as f64;
+pub(super) const DRIFT: f64 = 1.0 / (1_u64 << 46) as f64;
 
 /// Errors of parameters in single precision.
 const FUDGE: f32 = 1.0 / (1 << 20) as f32;
@@ -85,7 +85,7 @@ impl Narrow {
         let base = -from_center.dot(ray.direction) / squared_length;
         let closest = from_center + ray.direction * base;
         let drift = DRIFT * from_center.abs().element_sum();
-        let reach = (ball.radius + drift) * (1.0 + 1e-9);
+        let reach = (ball.reach + drift) * (1.0 + 1e-9);
         if closest.length_squared() > reach * reach {
             return None;
         }
@@ -116,11 +116,40 @@ impl Narrow {
         Some(narrowed)
     }
 
+    /// The ray for a super-node of one item, which has no boxes to test.
+    #[inline(always)]
+    pub(super) fn alone(ray: Ray, way: u32) -> Self {
+        let zero = [0.0; 3];
+        Self {
+            ray,
+            base: 0.0,
+            rate: 1.0,
+            inverse: zero,
+            near_offset: zero,
+            far_offset: zero,
+            start: 0.0,
+            way,
+        }
+    }
+
     /// The s of a t, not before it.
     #[inline(always)]
     pub(super) fn end(&self, t: f64) -> f32 {
-        let s = narrow((t - self.base) * (1.0 / self.rate));
+        let s = self.s(t);
         s + s.abs() * FUDGE
+    }
+
+    /// The s of a t, not behind it.
+    #[inline(always)]
+    pub(super) fn start(&self, t: f64) -> f32 {
+        let s = self.s(t);
+        s - s.abs() * FUDGE
+    }
+
+    /// Finite, also for a ray that has ended.
+    #[inline(always)]
+    fn s(&self, t: f64) -> f32 {
+        narrow((t - self.base) * (1.0 / self.rate)).clamp(f32::MIN, f32::MAX)
     }
 
     /// Which coordinates fall along the ray.
@@ -163,7 +192,7 @@ impl NarrowRays {
             let base = -from_center.dot(direction) / squared_length;
             let closest = from_center.at(direction, base);
             let drift = (from_center.x.abs() + from_center.y.abs() + from_center.z.abs()) * DRIFT;
-            let reach = (drift + ball.radius) * (1.0 + 1e-9);
+            let reach = (drift + ball.reach) * (1.0 + 1e-9);
             met |= bits(closest.dot(closest).simd_le(reach * reach)) << (half * HALF);
             self.base.set_half(half, base);
             origins[0][half] = closest.x * to_unit;
@@ -198,8 +227,9 @@ impl NarrowRays {
         let from_rate = 1.0 / self.rate;
         let low = (t.half(simd, 0) - self.base.half(simd, 0)) * from_rate;
         let high = (t.half(simd, 1) - self.base.half(simd, 1)) * from_rate;
-        let s = low.narrow(high);
-        // Finite, so that what is met nowhere, at infinity, is behind the end of every ray.
+        // Finite, so that what is met nowhere, at infinity, is behind the end of every ray, and a ray that has ended
+        // meets nothing.
+        let s = low.narrow(high).max(f32x16::splat(simd, f32::MIN));
         self.end = Floats::from_vector((s + s.abs() * FUDGE).min(f32x16::splat(simd, f32::MAX)));
     }
 
@@ -240,7 +270,7 @@ pub(super) fn float_bits<S: Simd>(mask: mask32x16<S>) -> Mask {
 
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "rounding is meant; infinity stays what it is")]
-fn narrow(value: f64) -> f32 {
+pub(super) fn narrow(value: f64) -> f32 {
     value as f32
 }
 

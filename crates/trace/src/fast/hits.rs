@@ -27,6 +27,18 @@ pub(super) struct Hits {
 pub(super) struct Place {
     pub(super) way: u32,
     pub(super) item: u32,
+    /// Whether the solid is on the outer side of what is hit there: it is the face of something subtracted.
+    pub(super) turned: bool,
+}
+
+impl Place {
+    pub(super) const NONE: Self = Self { way: START, item: 0, turned: false };
+
+    #[inline(always)]
+    pub(super) fn new(way: u32, item: usize) -> Self {
+        let item = u32::try_from(item).expect("items are numbered in 31 bits");
+        Self { way, item, turned: false }
+    }
 }
 
 impl Hits {
@@ -45,8 +57,8 @@ impl Hits {
 
     /// The way that enters an item.
     #[inline(always)]
-    pub(super) fn enter(&mut self, way: u32, item: u32) -> u32 {
-        self.ways.push((way, item));
+    pub(super) fn enter(&mut self, place: Place) -> u32 {
+        self.ways.push((place.way, place.item));
         u32::try_from(self.ways.len() - 1).expect("2³² super-nodes on the way of one packet outgrow memory")
     }
 
@@ -70,6 +82,11 @@ impl Hits {
         self.changes += 1;
     }
 
+    /// Says more exactly what has been hit.
+    pub(super) fn refine(&mut self, lane: usize, place: Place) {
+        self.found[lane] = Some(place);
+    }
+
     pub(super) fn found(&self, lane: usize) -> Option<Place> {
         self.found[lane]
     }
@@ -89,7 +106,7 @@ impl Hits {
 
     /// Whether a place is left of another one in the graph. The items of a super-node are in the order of the graph.
     #[cold]
-    fn is_left(&self, place: Place, of: Option<Place>) -> bool {
+    pub(super) fn is_left(&self, place: Place, of: Option<Place>) -> bool {
         let Some(of) = of else { return false };
         let (mut one, mut other) = (Vec::new(), Vec::new());
         self.items(place, &mut one);

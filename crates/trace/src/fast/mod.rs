@@ -9,26 +9,29 @@
 //! evaluated each state once, and goes down a few wide trees.
 
 pub(crate) mod compile;
+mod face;
 mod frame;
 mod hits;
 pub(crate) mod lanes;
 mod packet;
+mod point;
 mod shapes;
 mod single;
 mod solid;
 mod tree;
 
 use csg_graph::{EvalError, Graph};
-use csg_graph_bounds::{ExactBoxes, HyperBoxes};
-use fearless_simd::{Level, dispatch};
+use csg_graph_bounds::ExactBoxes;
+use fearless_simd::{Level, Simd, dispatch};
 use glam::DVec3;
 
 use self::compile::{Compiled, Content};
+use self::face::Faces;
 use self::hits::{Hits, Place};
 use self::packet::Packet;
 use self::single::Single;
 use self::solid::Solids;
-use crate::{Counters, Hit, Ray, Surface, Walk, walk};
+use crate::{Counters, Hit, Ray, Surface, walk};
 
 /// Rays that are traced together.
 pub const PACKET: usize = lanes::LANES;
@@ -38,9 +41,7 @@ pub(crate) const SIDE: u32 = 4;
 
 /// A graph compiled for tracing.
 #[derive(Debug)]
-pub struct Accelerated<'a> {
-    graph: &'a Graph,
-    boxes: HyperBoxes,
+pub struct Accelerated {
     compiled: Compiled,
     level: Level,
 }
@@ -62,15 +63,16 @@ struct Work {
 }
 
 /// A question about the rays of a packet, and where answers go.
-struct Inquiry<'t, 'a> {
+struct Inquiry<'t> {
     compiled: &'t Compiled,
     ask: Ask,
     hits: &'t mut Hits,
-    solids: &'t mut Solids<'a>,
+    solids: &'t mut Solids,
+    faces: &'t mut Faces,
     work: Work,
 }
 
-impl Inquiry<'_, '_> {
+impl Inquiry<'_> {
     /// Notes that a ray meets an item at t.
     #[inline(always)]
     fn answer(&mut self, lane: usize, t: f64, place: Place) {
@@ -80,9 +82,34 @@ impl Inquiry<'_, '_> {
             Ask::Any => {}
         }
     }
+
+    /// Asks a solid about a ray in its frame.
+    #[inline(always)]
+    fn ask_solid<S: Simd>(&mut self, simd: S, lane: usize, ray: &Ray, solid: u32, place: Place) {
+        let end = self.hits.t.0[lane];
+        let first = self.solids.first(simd, self.compiled, self.hits, (solid, place), ray, end);
+        if let Some((t, place)) = first {
+            self.answer(lane, t, place);
+        }
+    }
+
+    /// Finds out which face of a solid a ray has hit, if that is not known yet.
+    #[inline(always)]
+    fn refine<S: Simd>(&mut self, simd: S, lane: usize, ray: &Ray) {
+        let Self { compiled, hits, faces, .. } = self;
+        if self.ask == Ask::Nearest
+            && let Some(place) = hits.found(lane)
+            && let Content::Solid(_) = compiled.items[place.item as usize].content
+        {
+            let t = hits.t.0[lane];
+            if let Some(face) = faces.find(simd, compiled, hits, place, ray, t) {
+                hits.refine(lane, face);
+            }
+        }
+    }
 }
 
-impl<'a> Accelerated<'a> {
+impl Accelerated {
     /// Memory that an engine takes if nobody says how much it may take, in bytes.
     pub const DEFAULT_BUDGET: usize = 1 << 18;
 
@@ -91,9 +118,9 @@ impl<'a> Accelerated<'a> {
     ///
     /// # Errors
     /// If an expression of the graph has no usable value.
-    pub fn new(graph: &'a Graph, boxes: ExactBoxes<Graph>, budget: usize) -> Result<Self, EvalError> {
-        let compiled = Compiled::new(graph, &boxes, budget)?;
-        Ok(Self { graph, boxes: boxes.into_hyper_boxes(), compiled, level: Level::new() })
+    pub fn new(graph: &Graph, boxes: &ExactBoxes<Graph>, budget: usize) -> Result<Self, EvalError> {
+        let compiled = Compiled::new(graph, boxes, budget)?;
+        Ok(Self { compiled, level: Level::new() })
     }
 
     /// The memory of the acceleration structure, in bytes.
@@ -108,7 +135,8 @@ impl<'a> Accelerated<'a> {
             packet: Packet::default(),
             single: Single::default(),
             hits: Hits::new(),
-            solids: Solids::new(Walk::new(self.graph, Some(&self.boxes))),
+            solids: Solids::default(),
+            faces: Faces::default(),
             counters: Counters::default(),
             items: Vec::new(),
         }
@@ -118,11 +146,12 @@ impl<'a> Accelerated<'a> {
 /// Traces rays through a compiled graph.
 #[derive(Debug)]
 pub struct Tracer<'a> {
-    scene: &'a Accelerated<'a>,
+    scene: &'a Accelerated,
     packet: Packet,
     single: Single,
     hits: Hits,
-    solids: Solids<'a>,
+    solids: Solids,
+    faces: Faces,
     counters: Counters,
     items: Vec<u32>,
 }
@@ -165,39 +194,49 @@ impl Tracer<'_> {
     }
 
     fn trace_one(&mut self, ray: &Ray, end: f64, ask: Ask) {
-        let Self { scene, single, hits, solids, .. } = self;
+        let Self { scene, single, hits, solids, faces, .. } = self;
         hits.clear([end; PACKET]);
         let Some(start) = Single::start(&scene.compiled, ray) else { return };
-        let mut inquiry = Inquiry { compiled: &scene.compiled, ask, hits, solids, work: Work::default() };
-        dispatch!(scene.level, simd => single.trace(simd, &mut inquiry, 0, start));
+        let work = Work::default();
+        let mut inquiry = Inquiry { compiled: &scene.compiled, ask, hits, solids, faces, work };
+        dispatch!(scene.level, simd => {
+            single.trace(simd, &mut inquiry, 0, start);
+            inquiry.refine(simd, 0, ray);
+        });
         let work = inquiry.work;
         self.note(work);
     }
 
     fn trace_packet(&mut self, rays: &[Ray], end: impl Fn(usize) -> f64, ask: Ask) {
         assert!(rays.len() <= PACKET, "a packet has {PACKET} rays");
-        let Self { scene, packet, hits, solids, .. } = self;
+        let Self { scene, packet, hits, solids, faces, .. } = self;
         let Some(last) = rays.len().checked_sub(1) else { return hits.clear([0.0; PACKET]) };
         hits.clear(std::array::from_fn(|lane| end(lane.min(last))));
         for lane in 0..PACKET {
             packet.rays().set(lane, &rays[lane.min(last)]);
         }
         let lanes = u32::MAX >> (31 - last);
-        let mut inquiry = Inquiry { compiled: &scene.compiled, ask, hits, solids, work: Work::default() };
-        dispatch!(scene.level, simd => packet.trace(simd, &mut inquiry, lanes));
+        let work = Work::default();
+        let mut inquiry = Inquiry { compiled: &scene.compiled, ask, hits, solids, faces, work };
+        dispatch!(scene.level, simd => {
+            packet.trace(simd, &mut inquiry, lanes);
+            for (lane, ray) in rays.iter().enumerate() {
+                inquiry.refine(simd, lane, ray);
+            }
+        });
         let work = inquiry.work;
         self.note(work);
     }
 
     fn note(&mut self, work: Work) {
-        self.counters.box_tests += work.boxes;
-        self.counters.primitive_tests += work.primitives;
+        let solids = std::mem::take(&mut self.solids.work);
+        self.counters.box_tests += work.boxes + solids.boxes;
+        self.counters.primitive_tests += work.primitives + solids.primitives;
     }
 
     /// What a lane has hit.
     fn hit(&mut self, lane: usize, world_ray: &Ray) -> Option<Hit> {
         let place = self.hits.found(lane)?;
-        let Place { item: last, .. } = place;
         self.hits.items(place, &mut self.items);
         let compiled = &self.scene.compiled;
         let mut ray = *world_ray;
@@ -210,41 +249,31 @@ impl Tracer<'_> {
             let terms = item.paint.map_or(&[][..], |paint| &compiled.paints[paint as usize]);
             terms.iter().for_each(|(term, value)| surface.set(*term, *value));
         }
-        let item = &compiled.items[last as usize];
-        let (t, normal, node) = match item.content {
-            Content::Shape(shape) => {
-                let spans = crate::shapes::spans(&compiled.shapes[shape as usize], &ray);
-                let end = spans.iter().flat_map(|span| [span.enter, span.exit]).find(|end| end.t > 0.0)?;
-                (end.t, end.normal, item.node)
-            }
-            Content::Solid(solid) => {
-                let hit = self.solids.hit(&compiled.solids[solid as usize], &ray, f64::INFINITY, surface)?;
-                depth += hit.depth;
-                surface = hit.surface;
-                (hit.t, hit.normal, hit.node)
-            }
-            Content::Super(_) => unreachable!("super-nodes are entered, not hit"),
+        let item = &compiled.items[place.item as usize];
+        let Content::Shape(shape) = item.content else {
+            unreachable!("what is hit is a face of a primitive")
         };
+        let spans = crate::shapes::spans(&compiled.shapes[shape as usize], &ray);
+        let t = self.hits.t.0[lane];
+        // By the same arithmetic as before.
+        let end = spans.iter().flat_map(|span| [span.enter, span.exit]).find(|end| end.t >= t)?;
+        let normal = if place.turned { -end.normal } else { end.normal };
         let up = |normal: DVec3, item: &u32| {
             compiled.items[*item as usize].item_from_super.matrix3.transpose() * normal
         };
         let normal = self.items.iter().rev().fold(normal, up);
         let normal = walk::unit(normal).unwrap_or(-world_ray.direction);
-        Some(Hit { t, point: world_ray.at(t), normal, surface, node, depth })
+        Some(Hit { t, point: world_ray.at(t), normal, surface, node: item.node, depth })
     }
 
-    /// What was counted since the tracer was made or its counters were taken, but for what solids cost.
+    /// What was counted since the tracer was made or its counters were taken.
     pub fn counters(&self) -> &Counters {
         &self.counters
     }
 
     /// What was counted since the tracer was made or its counters were taken.
     pub fn take_counters(&mut self) -> Counters {
-        let mut counters = std::mem::take(&mut self.counters);
-        let solids = self.solids.take_counters();
-        counters.box_tests += solids.box_tests;
-        counters.primitive_tests += solids.primitive_tests;
-        counters
+        std::mem::take(&mut self.counters)
     }
 }
 
@@ -291,7 +320,7 @@ mod tests {
             let mut hits: Vec<Vec<Option<Hit>>> = Vec::new();
             for level in levels.into_iter().flatten() {
                 let boxes = exact(&graph, &Limits::default()).unwrap();
-                let scene = Accelerated { level, ..Accelerated::new(&graph, boxes, 4096).unwrap() };
+                let scene = Accelerated { level, ..Accelerated::new(&graph, &boxes, 4096).unwrap() };
                 let mut tracer = scene.tracer();
                 let mut found = Vec::new();
                 for row in 0..64 {

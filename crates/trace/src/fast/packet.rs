@@ -51,7 +51,7 @@ impl Packet {
 
     /// Follows the rays of the set from the root.
     #[inline(always)]
-    pub(super) fn trace<S: Simd>(&mut self, simd: S, inquiry: &mut Inquiry<'_, '_>, lanes: Mask) {
+    pub(super) fn trace<S: Simd>(&mut self, simd: S, inquiry: &mut Inquiry<'_>, lanes: Mask) {
         let compiled = inquiry.compiled;
         self.stack.clear();
         self.levels[0].way = START;
@@ -86,21 +86,17 @@ impl Packet {
                 Ok(at) => at,
             };
             let item = &compiled.items[at];
-            let place =
-                Place { way: rays.way, item: u32::try_from(at).expect("items are numbered in 31 bits") };
+            let place = Place::new(rays.way, at);
             match item.content {
                 Content::Super(number) => {
-                    let way = inquiry.hits.enter(place.way, place.item);
+                    let way = inquiry.hits.enter(place);
                     self.descend(simd, item, level as usize, way);
                     self.enter(simd, &compiled.supers[number as usize], level + 1, lanes, inquiry.hits);
                 }
                 Content::Solid(solid) => {
-                    let state = &compiled.solids[solid as usize];
                     each(lanes, |lane| {
                         let ray = transform(&rays.rays.get(lane), &item.item_from_super);
-                        if let Some(t) = inquiry.solids.first(state, &ray, inquiry.hits.t.0[lane]) {
-                            inquiry.answer(lane, t, place);
-                        }
+                        inquiry.ask_solid(simd, lane, &ray, solid, place);
                     });
                 }
                 Content::Shape(shape) => {
@@ -120,8 +116,8 @@ impl Packet {
                             each(lanes >> (half * HALF) & 0xff, |lane| {
                                 let lane = half * HALF + lane;
                                 let ray = transform(&rays.rays.get(lane), &item.item_from_super);
-                                let spans = crate::shapes::spans(&compiled.shapes[shape as usize], &ray);
-                                if let Some(first) = single::first(&spans) {
+                                let extents = crate::shapes::extents(&compiled.shapes[shape as usize], &ray);
+                                if let Some(first) = single::first(&extents) {
                                     t.0[lane] = first;
                                     met |= 1 << lane;
                                 }

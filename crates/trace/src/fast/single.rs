@@ -10,14 +10,15 @@ use super::frame::Narrow;
 use super::hits::{Place, START};
 use super::lanes::transform;
 use super::tree::{Child, Node, WIDTH};
-use crate::{Ray, shapes};
+use crate::Ray;
+use crate::shapes::{self, Extents};
 
 /// What is left to do.
 #[derive(Clone, Copy, Debug)]
-struct Open {
-    near: f32,
-    child: Child,
-    level: u32,
+pub(super) struct Open {
+    pub(super) near: f32,
+    pub(super) child: Child,
+    pub(super) level: u32,
 }
 
 /// The memory of single rays.
@@ -34,7 +35,7 @@ impl Single {
     pub(super) fn trace<S: Simd>(
         &mut self,
         simd: S,
-        inquiry: &mut Inquiry<'_, '_>,
+        inquiry: &mut Inquiry<'_>,
         lane: usize,
         (narrow, child): (Narrow, Child),
     ) {
@@ -59,22 +60,20 @@ impl Single {
                 Err(node) => {
                     let node = &compiled.nodes[node];
                     inquiry.work.boxes += u64::from(node.count);
-                    let (near, met) = met(simd, node, narrow, end);
+                    let (near, met) = met(simd, node, narrow, narrow.start, end);
                     push(&mut self.stack, node, near, met, level);
                     continue;
                 }
                 Ok(at) => at,
             };
             let item = &compiled.items[at];
-            let place =
-                Place { way: narrow.way, item: u32::try_from(at).expect("items are numbered in 31 bits") };
+            let place = Place::new(narrow.way, at);
             let ray = transform(&narrow.ray, &item.item_from_super);
             let hit = match item.content {
                 Content::Super(number) => {
                     let below = &compiled.supers[number as usize];
                     if let Some(root) = below.root
-                        && let Some(narrow) =
-                            Narrow::new(ray, below, inquiry.hits.enter(place.way, place.item))
+                        && let Some(narrow) = Narrow::new(ray, below, inquiry.hits.enter(place))
                     {
                         self.levels.push(narrow);
                         self.stack.push(Open { near: f32::NEG_INFINITY, child: root, level: level + 1 });
@@ -82,12 +81,12 @@ impl Single {
                     continue;
                 }
                 Content::Solid(solid) => {
-                    let end = inquiry.hits.t.0[lane];
-                    inquiry.solids.first(&compiled.solids[solid as usize], &ray, end)
+                    inquiry.ask_solid(simd, lane, &ray, solid, place);
+                    continue;
                 }
                 Content::Shape(shape) => {
                     inquiry.work.primitives += 1;
-                    first(&shapes::spans(&compiled.shapes[shape as usize], &ray))
+                    first(&shapes::extents(&compiled.shapes[shape as usize], &ray))
                 }
             };
             if let Some(t) = hit {
@@ -100,20 +99,27 @@ impl Single {
     #[inline(always)]
     pub(super) fn start(compiled: &Compiled, ray: &Ray) -> Option<(Narrow, Child)> {
         let root = &compiled.supers[0];
-        Some((Narrow::new(*ray, root, START)?, root.root?))
+        let child = root.root?;
+        let narrow = match child.get() {
+            Ok(_) => Narrow::alone(*ray, START),
+            Err(_) => Narrow::new(*ray, root, START)?,
+        };
+        Some((narrow, child))
     }
 }
 
 /// The first boundary in front of the origin.
-pub(super) fn first(spans: &shapes::Spans) -> Option<f64> {
-    spans.iter().flat_map(|span| [span.enter.t, span.exit.t]).find(|t| *t > 0.0)
+#[inline(always)]
+pub(super) fn first(extents: &Extents) -> Option<f64> {
+    let first = extents.iter().find(|[enter, exit]| enter < exit && *exit > 0.0);
+    first.map(|[enter, exit]| if *enter > 0.0 { *enter } else { *exit })
 }
 
-/// Which children of a node a ray meets before `end`, and where.
+/// Which children of a node a ray meets between `start` and `end`, and where.
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "eight bits")]
-fn met<S: Simd>(simd: S, node: &Node, ray: &Narrow, end: f32) -> ([f32; WIDTH], u32) {
-    let mut near = f32x8::splat(simd, ray.start);
+pub(super) fn met<S: Simd>(simd: S, node: &Node, ray: &Narrow, start: f32, end: f32) -> ([f32; WIDTH], u32) {
+    let mut near = f32x8::splat(simd, start);
     let mut far = f32x8::splat(simd, end);
     let near_planes = node.near_planes(ray.falling());
     let far_planes = node.far_planes(ray.falling());
@@ -130,7 +136,7 @@ fn met<S: Simd>(simd: S, node: &Node, ray: &Narrow, end: f32) -> ([f32; WIDTH], 
 
 /// Puts children on the stack, the nearest last.
 #[inline(always)]
-fn push(stack: &mut Vec<Open>, node: &Node, near: [f32; WIDTH], mut met: u32, level: u32) {
+pub(super) fn push(stack: &mut Vec<Open>, node: &Node, near: [f32; WIDTH], mut met: u32, level: u32) {
     let first = stack.len();
     while met != 0 {
         let slot = met.trailing_zeros() as usize % WIDTH;

@@ -1,32 +1,489 @@
-//! The results of ∩ and \\ inside of super-nodes.
+//! The first boundary of the results of ∩ and \\: from event to event, and no further than to the first.
+//!
+//! Span evaluation, as the [reference walk](crate::Walk) does it, finds all boundaries of all operands and merges them.
+//! Most of them are never seen. Here an operand answers two questions only, each the other one's complement:
+//!
+//! - [`Seek::Inside`]: the first t, from some t on, right behind which the ray is inside;
+//! - [`Seek::Outside`]: the first t right behind which it is outside.
+//!
+//! An operator asks its operands in the same terms, \[ROTH82\]'s combination of spans with nothing evaluated ahead. To be
+//! inside of A ∩ B is to be inside of both: A is asked, then B from there on, then A again, until they agree on one t. To
+//! be outside is to leave either. A \\ B is A ∩ ¬B, where to be inside of ¬B is to be outside of B. So the right operand of
+//! \\ is asked only where the left one is, and both operands of ∩ only where the other one is.
+//!
+//! A union is a tree of parts. To come inside is to meet the nearest, as ever, and at once if some part is entered
+//! already. To get outside, all parts that the ray is in at t are left, whose boxes hold the point at t; t becomes the
+//! last exit, and this is repeated from there until no part holds the point. Parts that are elsewhere cost nothing.
+//!
+//! Being inside *right behind* t decides coincident faces without a tolerance: a span holds its first t and not its last
+//! one. Where one part ends and the next begins nothing is left, and where a hole begins at the face that it is cut
+//! into, nothing is entered. Which face is seen there is for the search of [faces](super::face) to find.
 
-use csg_graph::State;
+use csg_graph::Operator;
+use fearless_simd::Simd;
 
-use crate::{Counters, Hit, Ray, Surface, Walk};
+use super::Work;
+use super::compile::{Compiled, Content, Solid};
+use super::frame::Narrow;
+use super::hits::{Hits, Place};
+use super::lanes::transform;
+use super::point::{Mark, Part, Points};
+use super::single::{Open, met, push};
+use super::tree::Child;
+use crate::Ray;
+use crate::shapes::{self, Extents};
 
-/// Asks the reference walk about solids that are more than unions.
-#[derive(Debug)]
-pub(super) struct Solids<'a> {
-    walk: Walk<'a>,
+/// What is asked: where the ray comes to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Seek {
+    Inside,
+    Outside,
 }
 
-impl<'a> Solids<'a> {
-    pub(super) fn new(walk: Walk<'a>) -> Self {
-        Self { walk }
+/// A question about an operand. An answer beyond the limit says only that it is beyond.
+#[derive(Clone, Copy, Debug)]
+struct Question {
+    seek: Seek,
+    from: f64,
+    limit: f64,
+}
+
+/// Where the ray comes to be there, and the face that it passes: unless there are several at this t, or none because it
+/// has been there before.
+#[derive(Clone, Copy, Debug)]
+struct Answer {
+    t: f64,
+    /// Turned if the ray leaves its primitive there.
+    face: Place,
+}
+
+/// The memory of rays through solids.
+#[derive(Debug, Default)]
+pub(super) struct Solids {
+    calls: Vec<Call>,
+    /// The rays in the super-nodes that they are in.
+    levels: Vec<Narrow>,
+    stack: Vec<Open>,
+    points: Points,
+    /// Whether there may be several faces at one t, of which the wrong one is known.
+    tied: bool,
+    pub(super) work: Work,
+}
+
+/// An operand that has not answered yet.
+#[derive(Clone, Copy, Debug)]
+enum Call {
+    Operation(Operation),
+    Entering(Entering),
+    Leaving(Leaving),
+}
+
+/// An operator that waits for an operand.
+#[derive(Clone, Copy, Debug)]
+struct Operation {
+    question: Question,
+    operator: Operator,
+    operands: [u32; 2],
+    ray: Ray,
+    way: u32,
+    /// Which operand was asked last.
+    asked: usize,
+    /// What the other operand has answered.
+    other: Option<Answer>,
+}
+
+/// A union that is being searched for where a ray comes inside.
+#[derive(Clone, Copy, Debug)]
+struct Entering {
+    question: Question,
+    nearest: Answer,
+    /// Where its parts of the stack and of the levels begin.
+    stack: usize,
+    level: usize,
+}
+
+/// A union that is being searched for where a ray gets outside.
+#[derive(Clone, Copy, Debug)]
+struct Leaving {
+    question: Question,
+    /// Up to where the parts reach that are known to follow each other.
+    last: Answer,
+    /// Where this pass through the tree has begun.
+    pass: f64,
+    /// How many parts of this pass end where the last one does, itself among them.
+    ends: u32,
+    operand: u32,
+    ray: Ray,
+    way: u32,
+    mark: Mark,
+}
+
+/// What follows an answer.
+enum Next {
+    Answer(Answer),
+    /// A super-node.
+    Ask(u32, Question),
+}
+
+impl Answer {
+    const NEVER: Self = Self::at(f64::INFINITY);
+
+    const fn at(t: f64) -> Self {
+        Self { t, face: Place::NONE }
+    }
+}
+
+impl Question {
+    /// What a primitive answers.
+    #[inline(always)]
+    fn answer(&self, extents: &Extents, face: Place) -> Answer {
+        let from = self.from;
+        let face = Place { turned: self.seek == Seek::Outside, ..face };
+        match self.seek {
+            Seek::Inside => {
+                let extent = extents.iter().find(|[enter, exit]| enter < exit && from < *exit);
+                extent.map_or(Answer::NEVER, |[enter, _]| Answer { t: enter.max(from), face })
+            }
+            Seek::Outside => {
+                let extent = extents.iter().find(|[enter, exit]| *enter <= from && from < *exit);
+                extent.map_or(Answer::at(from), |[_, exit]| Answer { t: *exit, face })
+            }
+        }
     }
 
-    /// The first boundary of a state's solid on a ray in its frame, not behind `end`.
-    pub(super) fn first(&mut self, state: &State, ray: &Ray, end: f64) -> Option<f64> {
-        self.hit(state, ray, end, Surface::default()).map(|hit| hit.t)
+    /// Whether a primitive has a face just where it is asked.
+    #[inline(always)]
+    #[expect(clippy::float_cmp, reason = "faces that differ by an ulp do not coincide")]
+    fn begins_at_face(&self, extents: &Extents) -> bool {
+        extents.iter().any(|[enter, exit]| enter < exit && (*enter == self.from || *exit == self.from))
     }
 
-    /// The same with all that is known of it, in the frame of the state, which has a surface.
-    pub(super) fn hit(&mut self, state: &State, ray: &Ray, end: f64, surface: Surface) -> Option<Hit> {
-        let hit = self.walk.nearest_below(state, ray, end.next_up(), surface);
-        hit.expect("all states were evaluated when they were bounded")
+    /// What an empty solid answers.
+    fn nowhere(&self) -> Answer {
+        match self.seek {
+            Seek::Inside => Answer::NEVER,
+            Seek::Outside => Answer::at(self.from),
+        }
+    }
+}
+
+impl Operation {
+    /// Goes on with the answer of the operand that was asked last.
+    #[inline(always)]
+    fn resume(&mut self, answer: Answer) -> Next {
+        let Question { seek, from, limit } = self.question;
+        match (seek, self.other) {
+            (Seek::Inside, _) if answer.t > limit => Next::Answer(Answer::NEVER),
+            // This one is inside where the other has come inside.
+            (Seek::Inside, Some(other)) if answer.t <= other.t => Next::Answer(other),
+            (Seek::Inside, _) => self.ask_other(answer, answer.t, limit),
+            (Seek::Outside, Some(left)) => Next::Answer(if answer.t < left.t { answer } else { left }),
+            (Seek::Outside, None) if answer.t <= from => Next::Answer(answer),
+            (Seek::Outside, None) => self.ask_other(answer, from, answer.t.min(limit)),
+        }
     }
 
-    pub(super) fn take_counters(&mut self) -> Counters {
-        self.walk.take_counters()
+    #[inline(always)]
+    fn ask_other(&mut self, answer: Answer, from: f64, limit: f64) -> Next {
+        self.other = Some(answer);
+        self.asked = 1 - self.asked;
+        let seek = match (self.question.seek, self.operator, self.asked) {
+            (Seek::Inside, Operator::Difference, 1) => Seek::Outside,
+            (Seek::Outside, Operator::Difference, 1) => Seek::Inside,
+            (seek, ..) => seek,
+        };
+        Next::Ask(self.operands[self.asked], Question { seek, from, limit })
+    }
+}
+
+impl Entering {
+    /// Takes the answer of a part. Says whether it is at the same t as that of another one.
+    #[inline(always)]
+    #[expect(clippy::float_cmp, reason = "faces that differ by an ulp do not coincide")]
+    fn take(&mut self, answer: Answer) -> bool {
+        let tied = answer.t == self.nearest.t && answer.t < f64::INFINITY;
+        if answer.t < self.nearest.t {
+            self.nearest = answer;
+        }
+        tied
+    }
+
+    /// The s between which a box matters.
+    #[inline(always)]
+    fn range(&self, narrow: &Narrow) -> [f32; 2] {
+        [narrow.start(self.question.from), narrow.end(self.nearest.t.min(self.question.limit))]
+    }
+}
+
+impl Solids {
+    /// The first boundary of a solid at t > 0 on a ray in its frame, not behind `end`, and the face there; or the place of
+    /// the solid if there are several.
+    #[inline(never)]
+    pub(super) fn first<S: Simd>(
+        &mut self,
+        simd: S,
+        compiled: &Compiled,
+        hits: &mut Hits,
+        at: (u32, Place),
+        ray: &Ray,
+        end: f64,
+    ) -> Option<(f64, Place)> {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let question = Question { seek: Seek::Inside, from: 0.0, limit: end };
+                let mut answer = self.run(simd, compiled, hits, at, ray, question);
+                let leaves = answer.t <= 0.0;
+                if leaves {
+                    let question = Question { seek: Seek::Outside, ..question };
+                    answer = self.run(simd, compiled, hits, at, ray, question);
+                }
+                let Answer { t, face } = answer;
+                let place = if self.tied { at.1 } else { Place { turned: face.turned != leaves, ..face } };
+                (t <= end && t.is_finite()).then_some((t, place))
+            },
+        )
+    }
+
+    /// Asks a solid, with what it asks in turn.
+    #[inline(always)]
+    fn run<S: Simd>(
+        &mut self,
+        simd: S,
+        compiled: &Compiled,
+        hits: &mut Hits,
+        (solid, place): (u32, Place),
+        ray: &Ray,
+        question: Question,
+    ) -> Answer {
+        self.calls.clear();
+        self.levels.clear();
+        self.stack.clear();
+        self.points.clear();
+        self.tied = false;
+        let (left, way) = self.begin(compiled, hits, (solid, place), ray, question);
+        let mut answer = self.ask(compiled, hits, (left, way), *ray, question);
+        loop {
+            answer = match (self.calls.last_mut(), answer) {
+                (None, Some(answer)) => return answer,
+                (Some(Call::Operation(operation)), Some(part)) => match operation.resume(part) {
+                    Next::Answer(answer) => {
+                        self.calls.pop();
+                        Some(answer)
+                    }
+                    Next::Ask(operand, question) => {
+                        let (ray, way) = (operation.ray, operation.way);
+                        self.ask(compiled, hits, (operand, way), ray, question)
+                    }
+                },
+                (Some(Call::Entering(union)), answer) => {
+                    let mut union = *union;
+                    self.calls.pop();
+                    if let Some(part) = answer {
+                        self.tied |= union.take(part);
+                    }
+                    self.come_in(simd, compiled, hits, union)
+                }
+                (Some(Call::Leaving(union)), answer) => {
+                    let mut union = *union;
+                    self.calls.pop();
+                    union.last = answer.filter(|part| part.t > union.last.t).unwrap_or(union.last);
+                    self.get_out(simd, compiled, hits, union)
+                }
+                (_, None) => unreachable!("only unions wait before they have asked"),
+            }
+        }
+    }
+
+    /// Puts an operator on the stack, which waits for its left operand, and says what that is and the way to it. It is
+    /// asked the same.
+    #[inline(always)]
+    fn begin(
+        &mut self,
+        compiled: &Compiled,
+        hits: &mut Hits,
+        (solid, place): (u32, Place),
+        ray: &Ray,
+        question: Question,
+    ) -> (u32, u32) {
+        let Solid { operator, operands } = compiled.solids[solid as usize];
+        let way = hits.enter(place);
+        let (ray, asked, other) = (*ray, 0, None);
+        self.calls.push(Call::Operation(Operation { question, operator, operands, ray, way, asked, other }));
+        (operands[0], way)
+    }
+
+    /// Asks an operand. It answers at once, or is put on the stack.
+    #[inline(always)]
+    fn ask(
+        &mut self,
+        compiled: &Compiled,
+        hits: &mut Hits,
+        (mut operand, mut way): (u32, u32),
+        mut ray: Ray,
+        question: Question,
+    ) -> Option<Answer> {
+        loop {
+            let ball = &compiled.supers[operand as usize];
+            let Some(root) = ball.root else { return Some(question.nowhere()) };
+            if let Ok(at) = root.get() {
+                let item = &compiled.items[at];
+                let place = Place::new(way, at);
+                match item.content {
+                    Content::Shape(shape) => {
+                        let ray = transform(&ray, &item.item_from_super);
+                        self.work.primitives += 1;
+                        let extents = shapes::extents(&compiled.shapes[shape as usize], &ray);
+                        self.tied |= question.begins_at_face(&extents);
+                        return Some(question.answer(&extents, place));
+                    }
+                    Content::Solid(solid) => {
+                        ray = transform(&ray, &item.item_from_super);
+                        (operand, way) = self.begin(compiled, hits, (solid, place), &ray, question);
+                        continue;
+                    }
+                    Content::Super(_) => {}
+                }
+            }
+            match question.seek {
+                Seek::Inside => {
+                    let Some(narrow) = Narrow::new(ray, ball, way) else { return Some(Answer::NEVER) };
+                    let (stack, level) = (self.stack.len(), self.levels.len());
+                    self.open(narrow, root);
+                    let nearest = Answer::NEVER;
+                    self.calls.push(Call::Entering(Entering { question, nearest, stack, level }));
+                }
+                Seek::Outside => {
+                    let (last, pass) = (Answer::at(question.from), question.from);
+                    let mark = self.points.mark();
+                    self.points.enter(compiled, operand, ray, way);
+                    let union = Leaving { question, last, pass, ends: 0, operand, ray, way, mark };
+                    self.calls.push(Call::Leaving(union));
+                }
+            }
+            return None;
+        }
+    }
+
+    fn open(&mut self, narrow: Narrow, root: Child) {
+        let level = u32::try_from(self.levels.len()).expect("2³² levels outgrow memory");
+        self.levels.push(narrow);
+        self.stack.push(Open { near: f32::NEG_INFINITY, child: root, level });
+    }
+
+    /// Searches a union, nearest boxes first, until it has an answer, or until a part has to be asked that is on the stack
+    /// then.
+    #[inline(always)]
+    fn come_in<S: Simd>(
+        &mut self,
+        simd: S,
+        compiled: &Compiled,
+        hits: &mut Hits,
+        mut union: Entering,
+    ) -> Option<Answer> {
+        let from = union.question.from;
+        let mut level = u32::MAX;
+        let mut known = union.nearest.t;
+        let [mut start, mut end] = [0.0; 2];
+        // Nothing is nearer than where the ray is already.
+        while union.nearest.t > from && self.stack.len() > union.stack {
+            let Some(open) = self.stack.pop() else { break };
+            if open.level != level || union.nearest.t < known {
+                (level, known) = (open.level, union.nearest.t);
+                self.levels.truncate(level as usize + 1);
+                [start, end] = union.range(&self.levels[level as usize]);
+            }
+            if open.near > end {
+                continue;
+            }
+            let narrow = &self.levels[level as usize];
+            let at = match open.child.get() {
+                Err(node) => {
+                    let node = &compiled.nodes[node];
+                    self.work.boxes += u64::from(node.count);
+                    let (near, met) = met(simd, node, narrow, start, end);
+                    push(&mut self.stack, node, near, met, level);
+                    continue;
+                }
+                Ok(at) => at,
+            };
+            let item = &compiled.items[at];
+            let place = Place::new(narrow.way, at);
+            let ray = transform(&narrow.ray, &item.item_from_super);
+            let question = Question { limit: union.question.limit.min(known), ..union.question };
+            match item.content {
+                Content::Super(number) => {
+                    let below = &compiled.supers[number as usize];
+                    if let Some(root) = below.root
+                        && let Some(narrow) = Narrow::new(ray, below, hits.enter(place))
+                    {
+                        self.open(narrow, root);
+                    }
+                }
+                Content::Shape(shape) => {
+                    self.work.primitives += 1;
+                    let extents = shapes::extents(&compiled.shapes[shape as usize], &ray);
+                    self.tied |= question.begins_at_face(&extents);
+                    self.tied |= union.take(question.answer(&extents, place));
+                }
+                Content::Solid(solid) => {
+                    self.calls.push(Call::Entering(union));
+                    let (left, way) = self.begin(compiled, hits, (solid, place), &ray, question);
+                    return self.ask(compiled, hits, (left, way), ray, question);
+                }
+            }
+        }
+        self.stack.truncate(union.stack);
+        self.levels.truncate(union.level);
+        Some(union.nearest)
+    }
+
+    /// Searches a union for parts that reach further, until no part does, or until a part has to be asked that is on the
+    /// stack then.
+    #[inline(always)]
+    fn get_out<S: Simd>(
+        &mut self,
+        simd: S,
+        compiled: &Compiled,
+        hits: &mut Hits,
+        mut union: Leaving,
+    ) -> Option<Answer> {
+        let Question { seek, from, limit } = union.question;
+        while union.last.t <= limit && union.last.t.is_finite() {
+            let t = union.last.t;
+            let ways = |place| hits.enter(place);
+            let boxes = &mut self.work.boxes;
+            let Some(part) = self.points.next(simd, compiled, union.mark, t, boxes, ways) else {
+                if t <= union.pass {
+                    self.tied |= union.ends > u32::from(t > from);
+                    break;
+                }
+                // Parts that were passed by may hold the point where the others have ended.
+                (union.pass, union.ends) = (t, 0);
+                self.points.enter(compiled, union.operand, union.ray, union.way);
+                continue;
+            };
+            let Part { place, ray } = part;
+            let question = Question { seek, from: t, limit };
+            match compiled.items[place.item as usize].content {
+                Content::Shape(shape) => {
+                    self.work.primitives += 1;
+                    let extents = shapes::extents(&compiled.shapes[shape as usize], &ray);
+                    union.ends += u32::from(question.begins_at_face(&extents));
+                    let answer = question.answer(&extents, place);
+                    if answer.t > t {
+                        union.last = answer;
+                    }
+                }
+                Content::Solid(solid) => {
+                    self.calls.push(Call::Leaving(union));
+                    let (left, way) = self.begin(compiled, hits, (solid, place), &ray, question);
+                    return self.ask(compiled, hits, (left, way), ray, question);
+                }
+                Content::Super(_) => unreachable!("super-nodes are entered"),
+            }
+        }
+        self.points.rewind(union.mark);
+        Some(union.last)
     }
 }

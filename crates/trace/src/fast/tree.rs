@@ -96,8 +96,13 @@ fn binary(boxes: &[Aabb], order: &mut [usize]) -> Vec<Pair> {
 }
 
 /// Partitions items in two and says how many come first: where the surface area heuristic is least, or in the middle if
-/// all are in one place.
+/// all are in one place. Unbounded ones are apart from the others.
 fn split(boxes: &[Aabb], items: &mut [usize]) -> usize {
+    // Unbounded boxes have no area to compare.
+    if items.iter().any(|item| !boxes[*item].is_bounded()) {
+        let unbounded = partition(items, |item| !boxes[item].is_bounded());
+        return if unbounded == items.len() { unbounded / 2 } else { unbounded };
+    }
     let centers = items.iter().map(|item| boxes[*item].center());
     let spread = Aabb::from_points(centers);
     let mut best = (f64::INFINITY, 0, 0);

@@ -3,20 +3,21 @@
 
 use glam::DVec3;
 
-use super::{End, Span, Spans};
+use super::{End, Span};
 use crate::Ray;
 
-pub(super) fn spans(ray: &Ray) -> Spans {
-    let slabs = [0, 1, 2].map(|axis| slab(ray, axis, -1.0, 1.0));
-    let [Some(mut span), Some(y), Some(z)] = slabs else { return Spans::NONE };
-    span.clip(y);
-    span.clip(z);
-    Spans::from_convex(span)
+#[inline(always)]
+pub(super) fn span(ray: &Ray) -> Option<Span> {
+    let mut span = slab(ray, 0, -1.0, 1.0)?;
+    span.clip(slab(ray, 1, -1.0, 1.0)?);
+    span.clip(slab(ray, 2, -1.0, 1.0)?);
+    Some(span)
 }
 
 /// The part of the line where `min` ≤ coordinate < `max`.
 ///
 /// A line across the axis has the quotient 0/0 if it lies in a plane; it is decided here without dividing.
+#[inline(always)]
 pub(super) fn slab(ray: &Ray, axis: usize, min: f64, max: f64) -> Option<Span> {
     let (origin, direction) = (ray.origin[axis], ray.direction[axis]);
     if direction == 0.0 {

@@ -2,16 +2,18 @@
 
 use glam::{DVec2, DVec3, Vec3Swizzles};
 
-use super::{End, Span, Spans, cube};
+use super::{End, Span, cube};
 use crate::Ray;
 
-pub(super) fn spans(ray: &Ray) -> Spans {
-    let (Some(mut span), Some(side)) = (cube::slab(ray, 2, 0.0, 1.0), side(ray)) else { return Spans::NONE };
-    span.clip(side);
-    Spans::from_convex(span)
+#[inline(always)]
+pub(super) fn span(ray: &Ray) -> Option<Span> {
+    let mut span = cube::slab(ray, 2, 0.0, 1.0)?;
+    span.clip(side(ray)?);
+    Some(span)
 }
 
 /// The part of the line inside of the infinite cylinder: the sphere's construction, in the xy plane.
+#[inline(always)]
 fn side(ray: &Ray) -> Option<Span> {
     let (origin, direction) = (ray.origin.xy(), ray.direction.xy());
     let squared_length = direction.length_squared();

@@ -112,6 +112,36 @@ impl Deref for Spans {
     }
 }
 
+/// Spans without their normals: from the first number to the second one, where that is greater.
+pub(crate) type Extents = [[f64; 2]; 2];
+
+/// Where the line of `ray` is in `primitive`, as in [`spans`].
+#[inline(always)]
+pub(crate) fn extents(primitive: &Primitive, ray: &Ray) -> Extents {
+    // Of what is inlined here, the compiler leaves out the normals.
+    let convex = |span: Option<Span>| {
+        let extent = span.map_or(NOWHERE, |span| [span.enter.t, span.exit.t]);
+        [extent, NOWHERE]
+    };
+    match primitive {
+        Primitive::Sphere => convex(Some(sphere::span(ray))),
+        Primitive::Cube => convex(cube::span(ray)),
+        Primitive::Cylinder => convex(cylinder::span(ray)),
+        _ => extents_of_others(primitive, ray),
+    }
+}
+
+const NOWHERE: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
+
+#[inline(never)]
+fn extents_of_others(primitive: &Primitive, ray: &Ray) -> Extents {
+    let mut extents = [NOWHERE; 2];
+    for (extent, span) in extents.iter_mut().zip(spans(primitive, ray).iter()) {
+        *extent = [span.enter.t, span.exit.t];
+    }
+    extents
+}
+
 /// The spans of the line of `ray` in `primitive`, both in the object frame.
 ///
 /// A line that lies in a flat face counts as inside where the face is a minimum of its coordinate and as outside where it
@@ -122,11 +152,11 @@ impl Deref for Spans {
 /// If `csg-graph` has gained a primitive that this crate does not know.
 pub fn spans(primitive: &Primitive, ray: &Ray) -> Spans {
     match primitive {
-        Primitive::Sphere => sphere::spans(ray),
-        Primitive::Cylinder => cylinder::spans(ray),
+        Primitive::Sphere => Spans::from_convex(sphere::span(ray)),
+        Primitive::Cylinder => cylinder::span(ray).map_or(Spans::NONE, Spans::from_convex),
         Primitive::Cone => cone::spans(ray, 0.0),
         Primitive::Frustum { top } => cone::spans(ray, *top),
-        Primitive::Cube => cube::spans(ray),
+        Primitive::Cube => cube::span(ray).map_or(Spans::NONE, Spans::from_convex),
         Primitive::Torus { minor } => torus::spans(ray, *minor),
         Primitive::Hull(hull) => polytope::hull_spans(ray, hull),
         Primitive::HalfSpace => polytope::half_space_spans(ray),

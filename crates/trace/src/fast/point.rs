@@ -1,0 +1,127 @@
+//! What holds a point of a ray: the items of a super-node in whose boxes it is.
+//!
+//! For a point there is nothing to divide, and no order to keep; where a [narrowed](super::frame) ray is only asked about
+//! one t, this is the cheaper question. Boxes are tested in single precision in the frame of the unit ball, with the
+//! same padding, and the same allowance for what the ray has lost on its way.
+
+use fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
+
+use super::compile::{Compiled, Content};
+use super::frame::{DRIFT, narrow};
+use super::hits::Place;
+use super::lanes::transform;
+use super::tree::{Child, Node, WIDTH};
+use crate::Ray;
+
+/// The memory of points in super-nodes, one inside of the other.
+#[derive(Debug, Default)]
+pub(super) struct Points {
+    levels: Vec<Level>,
+    stack: Vec<(Child, u32)>,
+}
+
+/// A ray in a super-node.
+#[derive(Clone, Copy, Debug)]
+struct Level {
+    ray: Ray,
+    number: u32,
+    way: u32,
+    /// How far off it may be, in units of the super-node's radius.
+    drift: f32,
+}
+
+/// How much memory was in use before some super-node.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mark {
+    levels: usize,
+    stack: usize,
+}
+
+/// An item that may hold the point, with the ray in its frame.
+pub(super) struct Part {
+    pub(super) place: Place,
+    pub(super) ray: Ray,
+}
+
+impl Points {
+    pub(super) fn clear(&mut self) {
+        self.levels.clear();
+        self.stack.clear();
+    }
+
+    pub(super) fn mark(&self) -> Mark {
+        Mark { levels: self.levels.len(), stack: self.stack.len() }
+    }
+
+    /// Forgets what came after the mark.
+    #[inline(always)]
+    pub(super) fn rewind(&mut self, mark: Mark) {
+        self.levels.truncate(mark.levels);
+        self.stack.truncate(mark.stack);
+    }
+
+    /// Comes to a super-node on a ray in its frame.
+    #[inline(always)]
+    pub(super) fn enter(&mut self, compiled: &Compiled, number: u32, ray: Ray, way: u32) {
+        let ball = &compiled.supers[number as usize];
+        let Some(root) = ball.root else { return };
+        let drift = narrow(DRIFT * (ray.origin - ball.center).abs().element_sum() / ball.radius);
+        let level = u32::try_from(self.levels.len()).expect("2³² levels outgrow memory");
+        self.levels.push(Level { ray, number, way, drift });
+        self.stack.push((root, level));
+    }
+
+    /// The next item behind the mark that may hold the point at t. `ways` notes the way through a super-node.
+    #[inline(always)]
+    pub(super) fn next<S: Simd>(
+        &mut self,
+        simd: S,
+        compiled: &Compiled,
+        mark: Mark,
+        t: f64,
+        boxes: &mut u64,
+        mut ways: impl FnMut(Place) -> u32,
+    ) -> Option<Part> {
+        while self.stack.len() > mark.stack {
+            let (child, level) = self.stack.pop()?;
+            self.levels.truncate(level as usize + 1);
+            let Level { ray, number, way, drift } = self.levels[level as usize];
+            let at = match child.get() {
+                Ok(at) => at,
+                Err(node) => {
+                    let node = &compiled.nodes[node];
+                    let ball = &compiled.supers[number as usize];
+                    let point = (ray.at(t) - ball.center) * ball.to_unit;
+                    let mut met = holds(simd, node, point.to_array().map(narrow), drift);
+                    *boxes += u64::from(node.count);
+                    while met != 0 {
+                        self.stack.push((node.children[met.trailing_zeros() as usize % WIDTH], level));
+                        met &= met - 1;
+                    }
+                    continue;
+                }
+            };
+            let item = &compiled.items[at];
+            let ray = transform(&ray, &item.item_from_super);
+            let place = Place::new(way, at);
+            match item.content {
+                Content::Super(number) => self.enter(compiled, number, ray, ways(place)),
+                _ => return Some(Part { place, ray }),
+            }
+        }
+        None
+    }
+}
+
+/// Which children of a node hold a point.
+#[inline(always)]
+#[expect(clippy::cast_possible_truncation, reason = "eight bits")]
+fn holds<S: Simd>(simd: S, node: &Node, point: [f32; 3], drift: f32) -> u32 {
+    let mut over = f32x8::splat(simd, 0.0);
+    for axis in 0..3 {
+        let low = f32x8::from_slice(simd, &node.planes[axis]) - f32x8::splat(simd, point[axis]);
+        let high = f32x8::splat(simd, point[axis]) - f32x8::from_slice(simd, &node.planes[axis + 3]);
+        over = over.max(low).max(high);
+    }
+    over.simd_le(f32x8::splat(simd, drift)).to_bitmask() as u32 & ((1 << node.count) - 1)
+}
