@@ -2,6 +2,7 @@
 
 pub mod figures;
 pub mod golden;
+pub mod peers;
 pub mod prove;
 
 use std::path::{Path, PathBuf};

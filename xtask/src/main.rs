@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use csg_graph_cli::Command;
-use xtask::{figures, golden, prove, repository};
+use xtask::{figures, golden, peers, prove, repository};
 
 /// The commands of pcsg without an installation, and the chores of this repository
 #[derive(Debug, Parser)]
@@ -34,6 +34,8 @@ enum Chore {
     },
     /// Sample surface points of random graphs, and show that no bounding volume cuts one off
     Prove(prove::Options),
+    /// Trace the scenes of scenes/peers in turn with a program over Embree, and print the ratios of their speeds
+    Peers(peers::Options),
 }
 
 fn main() -> ExitCode {
@@ -42,6 +44,7 @@ fn main() -> ExitCode {
         Chore::Golden { bless } => golden_images(&bless),
         Chore::Figures { check } => figures::run(&repository(), check),
         Chore::Prove(options) => prove::run(&options),
+        Chore::Peers(options) => peers::run(&options),
     }
 }
 
