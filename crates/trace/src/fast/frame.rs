@@ -146,6 +146,12 @@ impl Narrow {
         s - s.abs() * FUDGE
     }
 
+    /// The t of an s.
+    #[inline(always)]
+    pub(super) fn t(&self, s: f32) -> f64 {
+        self.base + f64::from(s) * self.rate
+    }
+
     /// Finite, also for a ray that has ended.
     #[inline(always)]
     fn s(&self, t: f64) -> f32 {

@@ -12,8 +12,9 @@
 //! \\ is asked only where the left one is, and both operands of ∩ only where the other one is.
 //!
 //! A union is a tree of parts. To come inside is to meet the nearest, as ever, and at once if some part is entered
-//! already. To get outside, all parts that the ray is in at t are left, whose boxes hold the point at t; t becomes the
-//! last exit, and this is repeated from there until no part holds the point. Parts that are elsewhere cost nothing.
+//! already. To get outside, all parts that the ray is in at t are left: t becomes the last exit, and so on until no part
+//! holds the point at t. Boxes that begin behind t wait for t to get there; none is opened twice, and those that the ray
+//! does not get to are never opened. Parts that are elsewhere cost nothing.
 //!
 //! Being inside *right behind* t decides coincident faces without a tolerance: a span holds its first t and not its last
 //! one. Where one part ends and the next begins nothing is left, and where a hole begins at the face that it is cut
@@ -27,9 +28,8 @@ use super::compile::{Compiled, Content, Solid};
 use super::frame::Narrow;
 use super::hits::{Hits, Place};
 use super::lanes::transform;
-use super::point::{Mark, Part, Points};
 use super::single::{Open, met, push};
-use super::tree::Child;
+use super::tree::{Child, WIDTH};
 use crate::Ray;
 use crate::shapes::{self, Extents};
 
@@ -64,7 +64,7 @@ pub(super) struct Solids {
     /// The rays in the super-nodes that they are in.
     levels: Vec<Narrow>,
     stack: Vec<Open>,
-    points: Points,
+    waiting: Vec<Waiting>,
     /// Whether there may be several faces at one t, of which the wrong one is known.
     tied: bool,
     pub(super) work: Work,
@@ -108,14 +108,17 @@ struct Leaving {
     question: Question,
     /// Up to where the parts reach that are known to follow each other.
     last: Answer,
-    /// Where this pass through the tree has begun.
-    pass: f64,
-    /// How many parts of this pass end where the last one does, itself among them.
-    ends: u32,
-    operand: u32,
-    ray: Ray,
-    way: u32,
-    mark: Mark,
+    /// Where its parts of the stack, of what waits, and of the levels begin.
+    stack: usize,
+    waiting: usize,
+    level: usize,
+}
+
+/// What a ray has not come to yet that gets outside of a union.
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
+    from: f64,
+    open: Open,
 }
 
 /// What follows an answer.
@@ -259,7 +262,7 @@ impl Solids {
         self.calls.clear();
         self.levels.clear();
         self.stack.clear();
-        self.points.clear();
+        self.waiting.clear();
         self.tied = false;
         let (left, way) = self.begin(compiled, hits, (solid, place), ray, question);
         let mut answer = self.ask(compiled, hits, (left, way), *ray, question);
@@ -345,22 +348,18 @@ impl Solids {
                     Content::Super(_) => {}
                 }
             }
-            match question.seek {
+            let Some(narrow) = Narrow::new(ray, ball, way) else { return Some(question.nowhere()) };
+            let (stack, level) = (self.stack.len(), self.levels.len());
+            self.open(narrow, root);
+            self.calls.push(match question.seek {
                 Seek::Inside => {
-                    let Some(narrow) = Narrow::new(ray, ball, way) else { return Some(Answer::NEVER) };
-                    let (stack, level) = (self.stack.len(), self.levels.len());
-                    self.open(narrow, root);
-                    let nearest = Answer::NEVER;
-                    self.calls.push(Call::Entering(Entering { question, nearest, stack, level }));
+                    Call::Entering(Entering { question, nearest: question.nowhere(), stack, level })
                 }
                 Seek::Outside => {
-                    let (last, pass) = (Answer::at(question.from), question.from);
-                    let mark = self.points.mark();
-                    self.points.enter(compiled, operand, ray, way);
-                    let union = Leaving { question, last, pass, ends: 0, operand, ray, way, mark };
-                    self.calls.push(Call::Leaving(union));
+                    let (last, waiting) = (question.nowhere(), self.waiting.len());
+                    Call::Leaving(Leaving { question, last, stack, waiting, level })
                 }
-            }
+            });
             return None;
         }
     }
@@ -438,8 +437,8 @@ impl Solids {
         Some(union.nearest)
     }
 
-    /// Searches a union for parts that reach further, until no part does, or until a part has to be asked that is on the
-    /// stack then.
+    /// Searches a union for parts that reach further, each box when the ray has come to it, until no part does, or until a
+    /// part has to be asked that is on the stack then.
     #[inline(always)]
     fn get_out<S: Simd>(
         &mut self,
@@ -448,42 +447,84 @@ impl Solids {
         hits: &mut Hits,
         mut union: Leaving,
     ) -> Option<Answer> {
-        let Question { seek, from, limit } = union.question;
+        let limit = union.question.limit;
         while union.last.t <= limit && union.last.t.is_finite() {
             let t = union.last.t;
-            let ways = |place| hits.enter(place);
-            let boxes = &mut self.work.boxes;
-            let Some(part) = self.points.next(simd, compiled, union.mark, t, boxes, ways) else {
-                if t <= union.pass {
-                    self.tied |= union.ends > u32::from(t > from);
-                    break;
+            if self.stack.len() == union.stack && !self.wake(union.waiting, t) {
+                break;
+            }
+            let Some(open) = self.stack.pop() else { break };
+            let narrow = &self.levels[open.level as usize];
+            let at = match open.child.get() {
+                Err(node) => {
+                    let node = &compiled.nodes[node];
+                    self.work.boxes += u64::from(node.count);
+                    let (near, mut met) = met(simd, node, narrow, narrow.start(t), f32::MAX);
+                    let here = narrow.end(t);
+                    while met != 0 {
+                        let slot = met.trailing_zeros() as usize % WIDTH;
+                        met &= met - 1;
+                        let open = Open { child: node.children[slot], ..open };
+                        if near[slot] <= here {
+                            self.stack.push(open);
+                        } else {
+                            self.waiting.push(Waiting { from: narrow.t(near[slot]), open });
+                        }
+                    }
+                    continue;
                 }
-                // Parts that were passed by may hold the point where the others have ended.
-                (union.pass, union.ends) = (t, 0);
-                self.points.enter(compiled, union.operand, union.ray, union.way);
-                continue;
+                Ok(at) => at,
             };
-            let Part { place, ray } = part;
-            let question = Question { seek, from: t, limit };
-            match compiled.items[place.item as usize].content {
+            let item = &compiled.items[at];
+            let place = Place::new(narrow.way, at);
+            let ray = transform(&narrow.ray, &item.item_from_super);
+            let question = Question { from: t, ..union.question };
+            match item.content {
+                Content::Super(number) => {
+                    let below = &compiled.supers[number as usize];
+                    if let Some(root) = below.root
+                        && let Some(narrow) = Narrow::new(ray, below, hits.enter(place))
+                    {
+                        self.open(narrow, root);
+                    }
+                }
                 Content::Shape(shape) => {
                     self.work.primitives += 1;
                     let extents = shapes::extents(&compiled.shapes[shape as usize], &ray);
-                    union.ends += u32::from(question.begins_at_face(&extents));
+                    self.tied |= question.begins_at_face(&extents);
                     let answer = question.answer(&extents, place);
                     if answer.t > t {
                         union.last = answer;
                     }
+                    let ahead = extents.iter().find(|[enter, exit]| enter < exit && *enter > union.last.t);
+                    if let Some([enter, _]) = ahead {
+                        self.waiting.push(Waiting { from: *enter, open });
+                    }
                 }
                 Content::Solid(solid) => {
+                    // To be asked again as soon as the ray has got further.
+                    self.waiting.push(Waiting { from: t.next_up(), open });
                     self.calls.push(Call::Leaving(union));
                     let (left, way) = self.begin(compiled, hits, (solid, place), &ray, question);
                     return self.ask(compiled, hits, (left, way), ray, question);
                 }
-                Content::Super(_) => unreachable!("super-nodes are entered"),
             }
         }
-        self.points.rewind(union.mark);
+        self.stack.truncate(union.stack);
+        self.waiting.truncate(union.waiting);
+        self.levels.truncate(union.level);
         Some(union.last)
+    }
+
+    /// Puts what has waited until t on the stack. Says whether there was any.
+    #[inline(always)]
+    fn wake(&mut self, first: usize, t: f64) -> bool {
+        let asleep = self.stack.len();
+        for at in (first..self.waiting.len()).rev() {
+            if self.waiting[at].from <= t {
+                self.stack.push(self.waiting.swap_remove(at).open);
+            }
+        }
+        self.stack.len() > asleep
     }
 }
