@@ -31,7 +31,7 @@ pub(crate) struct Prepared<'a> {
 
 enum Structure<'a> {
     Walked(Option<HyperBoxes>),
-    Compiled(Box<Accelerated<'a>>),
+    Compiled(Box<Accelerated>),
     Gridded(Box<Grid<'a>>),
 }
 
@@ -48,7 +48,7 @@ impl<'a> Prepared<'a> {
             Plan::Fast { budget } => {
                 let boxes = exact_boxes(loaded)?;
                 let bounding_time = start.elapsed();
-                let compiled = Accelerated::new(&loaded.scene.graph, boxes, budget)
+                let compiled = Accelerated::new(&loaded.scene.graph, &boxes, budget)
                     .map_err(|error| loaded.failure(&error.into()))?;
                 (Some(MethodArg::Exact), Structure::Compiled(Box::new(compiled)), bounding_time)
             }

@@ -64,7 +64,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         });
         for budget in [Accelerated::DEFAULT_BUDGET, 1 << 24] {
             let (scene, setup) =
-                timed(|| Ok::<_, Box<dyn Error>>(Accelerated::new(&graph, boxes(&graph)?, budget)?));
+                timed(|| Ok::<_, Box<dyn Error>>(Accelerated::new(&graph, &boxes(&graph)?, budget)?));
             let scene = scene?;
             let mut tracer = scene.tracer();
             for (engine, packet) in [("fast", 1), ("fast, packets", PACKET)] {

@@ -50,7 +50,7 @@
 //! let graph = builder.finish(ball)?;
 //!
 //! let boxes = exact(&graph, &Limits::default())?;
-//! let scene = Accelerated::new(&graph, boxes, Accelerated::DEFAULT_BUDGET)?;
+//! let scene = Accelerated::new(&graph, &boxes, Accelerated::DEFAULT_BUDGET)?;
 //! let mut tracer = scene.tracer();
 //! let rays = [0.0, 0.5, 1.5].map(|x| Ray { origin: DVec3::new(x, 0.0, 5.0), direction: -DVec3::Z });
 //! let mut hits = [None; 3];

@@ -118,9 +118,10 @@ impl Points {
 #[expect(clippy::cast_possible_truncation, reason = "eight bits")]
 fn holds<S: Simd>(simd: S, node: &Node, point: [f32; 3], drift: f32) -> u32 {
     let mut over = f32x8::splat(simd, 0.0);
-    for axis in 0..3 {
-        let low = f32x8::from_slice(simd, &node.planes[axis]) - f32x8::splat(simd, point[axis]);
-        let high = f32x8::splat(simd, point[axis]) - f32x8::from_slice(simd, &node.planes[axis + 3]);
+    for (axis, coordinate) in point.into_iter().enumerate() {
+        let coordinate = f32x8::splat(simd, coordinate);
+        let low = f32x8::from_slice(simd, &node.planes[axis]) - coordinate;
+        let high = coordinate - f32x8::from_slice(simd, &node.planes[axis + 3]);
         over = over.max(low).max(high);
     }
     over.simd_le(f32x8::splat(simd, drift)).to_bitmask() as u32 & ((1 << node.count) - 1)
