@@ -3,7 +3,7 @@
 
 mod common;
 
-use csg_graph::{Expr, Graph, GraphBuilder, Operator, PrimitiveKind, TransformKind};
+use csg_graph::{Expr, Graph, GraphBuilder, NodeId, Operator, PrimitiveKind, TransformKind};
 use csg_graph_bounds::{Limits, exact};
 use csg_graph_trace::{Accelerated, Hit, PACKET, Ray, Walk, brute};
 use glam::DVec3;
@@ -59,6 +59,188 @@ proptest! {
                 prop_assert_eq!(fast.occluded(ray, ends[lane]), is_shadowed);
             }
         }
+    }
+}
+
+/// Cubes in a lattice, whose faces coincide exactly, and operators over them.
+#[derive(Clone, Debug)]
+enum Lattice {
+    Cube { offset: [i32; 3], size: i32 },
+    Half { height: i32 },
+    Operator(Operator, Box<Lattice>, Box<Lattice>),
+}
+
+fn lattice() -> impl Strategy<Value = Lattice> {
+    let cube =
+        (prop::array::uniform3(-2..=2), 1..=2).prop_map(|(offset, size)| Lattice::Cube { offset, size });
+    let half = (-2..=2).prop_map(|height| Lattice::Half { height });
+    let operators = vec![Operator::Union, Operator::Intersection, Operator::Difference];
+    prop_oneof![5 => cube, 1 => half].prop_recursive(5, 20, 2, move |inner| {
+        (prop::sample::select(operators.clone()), inner.clone(), inner)
+            .prop_map(|(operator, left, right)| Lattice::Operator(operator, Box::new(left), Box::new(right)))
+    })
+}
+
+fn add(builder: &mut GraphBuilder, term: &Lattice) -> NodeId {
+    let half = |number: i32| Expr::from(f64::from(number) * 0.5);
+    match term {
+        Lattice::Cube { offset, size } => {
+            let cube = builder.primitive(PrimitiveKind::Cube, []);
+            let cube = builder.transform(TransformKind::UScale, [half(*size)], cube);
+            builder.transform(TransformKind::Move, offset.map(half), cube)
+        }
+        Lattice::Half { height } => {
+            let below = builder.primitive(PrimitiveKind::HalfSpace, []);
+            builder.transform(TransformKind::Move, [half(0), half(0), half(*height)], below)
+        }
+        Lattice::Operator(operator, left, right) => {
+            let operands = [left, right].map(|operand| add(builder, operand));
+            builder.operator(*operator, operands[0], operands[1])
+        }
+    }
+}
+
+/// Rays from places with few digits, for which coincident faces are at exactly one t; also along faces, and from inside.
+fn dyadic_rays() -> impl Iterator<Item = Ray> {
+    let directions =
+        [[-2.0, 3.0, -4.0], [2.0, -1.0, -3.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.5], [-1.0, 0.0, 2.0]];
+    let origins = (0..7_i32).flat_map(|x| (0..7_i32).map(move |y| [x, y, x * 3 + y * 5]));
+    origins.flat_map(move |[x, y, z]| {
+        directions.map(|direction| {
+            let direction = DVec3::from(direction);
+            let place = DVec3::new(f64::from(x), f64::from(y), f64::from(z % 7)) * 0.375 - 1.125;
+            let away = if (x + y) % 3 == 0 { 0.0 } else { 4.0 };
+            Ray { origin: place - direction * away, direction }
+        })
+    })
+}
+
+/// Compares the engine with the walk on dyadic rays, to the last bit of t, and counts hits.
+fn compare_exactly(graph: &Graph, budget: usize) -> usize {
+    let boxes = exact(graph, &Limits::default()).unwrap();
+    let scene = Accelerated::new(graph, &boxes, budget).unwrap();
+    let mut walk = Walk::new(graph, None);
+    let mut fast = scene.tracer();
+    let mut hits = 0;
+    for ray in dyadic_rays() {
+        let (expected, hit) = (walk.nearest(&ray).unwrap(), fast.nearest(&ray));
+        assert!(agree(expected.as_ref(), hit.as_ref()), "{ray:?}\n{expected:?}\n{hit:?}");
+        assert_eq!(expected.map(|hit| hit.t), hit.map(|hit| hit.t));
+        hits += usize::from(hit.is_some());
+    }
+    hits
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn coincident_faces_are_those_of_the_walk(term in lattice(), budget in prop::sample::select(vec![0, 1 << 20])) {
+        let bounded = Lattice::Cube { offset: [0; 3], size: 8 };
+        for term in [term.clone(), Lattice::Operator(Operator::Intersection, Box::new(term), Box::new(bounded))] {
+            let mut builder = GraphBuilder::new();
+            let root = add(&mut builder, &term);
+            // A half-space alone is no scene.
+            if let Ok(graph) = builder.finish(root) {
+                compare_exactly(&graph, budget);
+            }
+        }
+    }
+}
+
+#[test]
+fn cubes_with_shared_faces() {
+    let cube = |offset| Box::new(Lattice::Cube { offset, size: 2 });
+    let operator = |operator, left, right| Box::new(Lattice::Operator(operator, left, right));
+    let hits = |term: Box<Lattice>| {
+        let mut builder = GraphBuilder::new();
+        let root = add(&mut builder, &term);
+        compare_exactly(&builder.finish(root).unwrap(), 1 << 20)
+    };
+    let [here, above, on_top] = [[0, 0, 0], [0, 0, 2], [0, 0, 4]];
+    let whole = hits(cube(here));
+    assert!(whole > 100, "{whole} hits");
+    assert_eq!(hits(operator(Operator::Difference, cube(here), cube(here))), 0);
+    assert_eq!(hits(operator(Operator::Intersection, cube(here), cube(here))), whole);
+    assert_eq!(hits(operator(Operator::Intersection, cube(here), cube(on_top))), 0);
+    assert_eq!(hits(operator(Operator::Difference, cube(here), cube(on_top))), whole);
+    assert!(hits(operator(Operator::Difference, cube(here), cube(above))) < whole);
+    let both = || operator(Operator::Union, cube(here), cube(on_top));
+    assert_eq!(
+        hits(operator(Operator::Difference, both(), operator(Operator::Union, cube(on_top), cube(here)))),
+        0
+    );
+    assert_eq!(hits(operator(Operator::Difference, both(), cube(on_top))), whole);
+}
+
+/// A plate with `count`² holes.
+fn drilled(count: i32) -> Graph {
+    let mut builder = GraphBuilder::new();
+    let cube = builder.primitive(PrimitiveKind::Cube, []);
+    let size = f64::from(count);
+    let mut plate = builder.transform(TransformKind::Scale, [size, size, 0.2].map(Expr::from), cube);
+    let drill = builder.primitive(PrimitiveKind::Cylinder, []);
+    let drill = builder.transform(TransformKind::Scale, [0.7, 0.7, 1.0].map(Expr::from), drill);
+    for place in 0..count * count {
+        let [x, y] = [place / count, place % count].map(|at| 2.0 * f64::from(at) + 1.0 - size);
+        let hole = builder.transform(TransformKind::Move, [x, y, -0.5].map(Expr::from), drill);
+        plate = builder.operator(Operator::Difference, plate, hole);
+    }
+    builder.finish(plate).unwrap()
+}
+
+#[test]
+fn what_is_not_met_is_not_asked() {
+    let tests = [8, 16].map(|count| {
+        let graph = drilled(count);
+        let boxes = exact(&graph, &Limits::default()).unwrap();
+        let scene = Accelerated::new(&graph, &boxes, Accelerated::DEFAULT_BUDGET).unwrap();
+        let hyper_boxes = boxes.into_hyper_boxes();
+        let mut walk = Walk::new(&graph, Some(&hyper_boxes));
+        let mut fast = scene.tracer();
+        for place in 0..500 {
+            let [x, y] = [place % 25, place / 25].map(|at| f64::from(at) * 0.037 * f64::from(count));
+            let target = DVec3::new(x - 0.4 * f64::from(count), y - 0.4 * f64::from(count), 0.0);
+            let ray =
+                Ray { origin: target + DVec3::new(3.0, 2.0, 4.0), direction: DVec3::new(-3.0, -2.0, -4.0) };
+            let (expected, hit) = (walk.nearest(&ray).unwrap(), fast.nearest(&ray));
+            assert!(agree(expected.as_ref(), hit.as_ref()), "{expected:?}\n{hit:?}");
+        }
+        (fast.counters().primitive_tests, fast.counters().box_tests)
+    });
+    // Four times as many holes cost a level of the tree.
+    let [few, many] = tests;
+    assert!(many.0 < few.0 * 2 && many.1 < few.1 * 2, "{tests:?}");
+}
+
+#[test]
+fn a_hundred_thousand_differences_in_one_another() {
+    for recursion_last in [true, false] {
+        let mut builder = GraphBuilder::new();
+        let n = builder.param("n", 1e5);
+        let symbol = builder.symbol("TOWER");
+        let cylinder = builder.primitive(PrimitiveKind::Cylinder, []);
+        let smaller = builder.transform(TransformKind::UScale, [0.999_99.into()], symbol);
+        let raised = builder.transform(TransformKind::Move, [0.0, 0.0, 0.5].map(Expr::from), smaller);
+        let rest = builder.calculate([(n, Expr::from(n) - 1.0)], raised);
+        let operands = if recursion_last { [cylinder, rest] } else { [rest, cylinder] };
+        let both = builder.operator(Operator::Difference, operands[0], operands[1]);
+        builder.rules(symbol, Some(Expr::choose(Expr::from(n).gt(1.0), 2.0, 1.0)), [cylinder, both]);
+        let graph = builder.finish(symbol).unwrap();
+        let boxes = exact(&graph, &Limits::default()).unwrap();
+        let scene = Accelerated::new(&graph, &boxes, Accelerated::DEFAULT_BUDGET).unwrap();
+        let hyper_boxes = boxes.into_hyper_boxes();
+        let mut fast = scene.tracer();
+        let mut walk = Walk::new(&graph, Some(&hyper_boxes));
+        for part in 1..10 {
+            let height = 0.1 * f64::from(part) * hyper_boxes.root.max.z;
+            let ray = Ray { origin: DVec3::new(-5.0, 1e-3, height), direction: DVec3::X };
+            let (expected, hit) = (walk.nearest(&ray).unwrap(), fast.nearest(&ray));
+            assert!(agree(expected.as_ref(), hit.as_ref()), "{expected:?}\n{hit:?}");
+        }
+        let from_above = Ray { origin: DVec3::new(0.1, 0.0, 2e5), direction: -DVec3::Z };
+        let (expected, hit) = (walk.nearest(&from_above).unwrap(), fast.nearest(&from_above));
+        assert!(agree(expected.as_ref(), hit.as_ref()), "{expected:?}\n{hit:?}");
     }
 }
 
