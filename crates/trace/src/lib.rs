@@ -37,7 +37,8 @@
 //! engine is compared with: [`Accelerated`] is the graph compiled for rays. Every state is evaluated once, states are
 //! opened into lists of some hundred parts with a tree of exact boxes each, and [`PACKET`] rays go through them together,
 //! by vector instructions where the machine has them. It takes some hundred kilobytes for any depth of recursion, and
-//! its hits are those of the walk, up to the rounding of products of transformations.
+//! its hits are those of the walk, up to the rounding of products of transformations. What is below ∩ and \\ is compiled
+//! as well, and followed from boundary to boundary, no further than to the first that is seen.
 //!
 //! ```
 //! use csg_graph::{GraphBuilder, PrimitiveKind};

@@ -6,7 +6,13 @@
 //!
 //! It finds the hits of the [reference walk](crate::Walk): t and normal differ only by how the products of transformations
 //! are rounded. Where the walk asks one node after the other, evaluating its expressions each time, this one has
-//! evaluated each state once, and goes down a few wide trees.
+//! evaluated each state once, and goes down a few wide trees. It is in these parts:
+//!
+//! - [`compile`]: states to super-nodes and solids;
+//! - [`tree`], [`frame`], [`point`]: their boxes in single precision, and what is tested against them;
+//! - [`packet`], [`single`]: the first hit of rays together and alone; [`lanes`] and [`shapes`] are their arithmetic;
+//! - [`solid`], [`face`]: the first boundary of the results of ∩ and \\, and whose face it is;
+//! - [`hits`]: what was hit, and the way to it.
 
 pub(crate) mod compile;
 mod face;
