@@ -19,7 +19,7 @@ fn picture(name: &str, set: &[String], choice: Choice, threads: usize) -> (Film,
     };
     let compiled = (choice == Choice::Compiled).then(|| {
         let boxes = exact(&scene.graph, &limits.with_gap(1e-2)).expect("the scene is small");
-        Accelerated::new(&scene.graph, boxes, Accelerated::DEFAULT_BUDGET).expect("the scene is sound")
+        Accelerated::new(&scene.graph, &boxes, Accelerated::DEFAULT_BUDGET).expect("the scene is sound")
     });
     let walked = Engine::Reference(&scene.graph, boxes.as_ref());
     let world = World {
