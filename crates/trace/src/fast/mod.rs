@@ -163,7 +163,7 @@ pub struct Tracer<'a> {
 }
 
 impl Tracer<'_> {
-    /// The first hit of a ray, as [`Walk::nearest`].
+    /// The first hit of a ray, as [`Walk::nearest`](crate::Walk::nearest).
     pub fn nearest(&mut self, ray: &Ray) -> Option<Hit> {
         self.counters.rays += 1;
         self.trace_one(ray, f64::INFINITY, Ask::Nearest);
