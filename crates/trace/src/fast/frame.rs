@@ -15,6 +15,7 @@ use super::lanes::{HALF, LANES, Lanes, Mask, Rays};
 use super::shapes::bits;
 use crate::Ray;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, SimdNarrow, f32x16, f64x8, mask32x16};
+use glam::Vec3A;
 
 /// How far off a ray may be, relative to the way it came: 64 transformations with an error of 2⁻⁵² each.
 pub(super) const DRIFT: f64 = 1.0 / (1_u64 << 46) as f64;
@@ -25,16 +26,22 @@ const FUDGE: f32 = 1.0 / (1 << 20) as f32;
 /// Components of directions are at least this, so that none has an infinite inverse.
 const LEAST: f32 = 1e-18;
 
+/// What boxes are tested with: the line of a ray, or of all rays that are close to one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line {
+    pub(super) inverse: Vec3A,
+    /// What is added to plane · inverse for the s of a near plane and of a far one.
+    pub(super) near_offset: Vec3A,
+    pub(super) far_offset: Vec3A,
+}
+
 /// A narrowed ray.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Narrow {
     pub(super) ray: Ray,
     base: f64,
     rate: f64,
-    pub(super) inverse: [f32; 3],
-    /// What is added to plane · inverse for the s of a near plane and of a far one.
-    pub(super) near_offset: [f32; 3],
-    pub(super) far_offset: [f32; 3],
+    pub(super) line: Line,
     /// The s of t = 0.
     pub(super) start: f32,
     pub(super) way: u32,
@@ -50,6 +57,8 @@ pub(super) struct NarrowRays {
     pub(super) near_offset: [Floats; 3],
     pub(super) far_offset: [Floats; 3],
     pub(super) start: Floats,
+    /// A line that all of them are close to, unless the super-node is unbounded.
+    pub(super) tube: Option<Line>,
     /// The s of each ray's first hit so far.
     pub(super) end: Floats,
     /// How often that has changed when `end` was computed.
@@ -76,60 +85,51 @@ impl Floats {
     }
 }
 
+impl Line {
+    /// The line through a point, and all that are no farther from it than `slack` along any axis.
+    #[inline(always)]
+    fn new(origin: Vec3A, direction: Vec3A, slack: Vec3A) -> Self {
+        let least = Vec3A::splat(LEAST);
+        let direction = Vec3A::select(direction.abs().cmplt(least), least.copysign(direction), direction);
+        let inverse = Vec3A::ONE / direction;
+        let (offset, slack) = (-origin * inverse, slack * inverse.abs());
+        Self { inverse, near_offset: offset - slack, far_offset: offset + slack }
+    }
+
+    /// Which coordinates fall along it.
+    #[inline(always)]
+    pub(super) fn falling(&self) -> [bool; 3] {
+        let [x, y, z] = self.inverse.to_array();
+        [x < 0.0, y < 0.0, z < 0.0]
+    }
+}
+
 impl Narrow {
     /// The ray in the frame of a super-node, unless it misses its ball.
     #[inline(always)]
     pub(super) fn new(ray: Ray, ball: &SuperNode, way: u32) -> Option<Self> {
         let from_center = ray.origin - ball.center;
-        let squared_length = ray.direction.length_squared();
-        let base = -from_center.dot(ray.direction) / squared_length;
+        let by_squared_length = 1.0 / ray.direction.length_squared();
+        let base = -from_center.dot(ray.direction) * by_squared_length;
         let closest = from_center + ray.direction * base;
         let drift = DRIFT * from_center.abs().element_sum();
         let reach = (ball.reach + drift) * (1.0 + 1e-9);
         if closest.length_squared() > reach * reach {
             return None;
         }
-        let rate = power_of_two(ball.radius / squared_length.sqrt());
-        let to_unit = 1.0 / ball.radius;
-        let drift = narrow(drift * to_unit);
-        let mut narrowed = Self {
-            ray,
-            base,
-            rate,
-            inverse: [0.0; 3],
-            near_offset: [0.0; 3],
-            far_offset: [0.0; 3],
-            start: narrow(-base * (1.0 / rate)),
-            way,
-        };
-        narrowed.start -= narrowed.start.abs() * FUDGE;
-        for axis in 0..3 {
-            let origin = narrow(closest[axis] * to_unit);
-            let direction = narrow(ray.direction[axis] * (rate * to_unit));
-            let direction = if direction.abs() < LEAST { LEAST.copysign(direction) } else { direction };
-            let inverse = 1.0 / direction;
-            let (offset, slack) = (-origin * inverse, drift * inverse.abs());
-            narrowed.inverse[axis] = inverse;
-            narrowed.near_offset[axis] = offset - slack;
-            narrowed.far_offset[axis] = offset + slack;
-        }
-        Some(narrowed)
+        let [rate, by_rate] = power_below_root(ball.radius * ball.radius * by_squared_length);
+        let origin = (closest * ball.to_unit).as_vec3a();
+        let direction = (ray.direction * (rate * ball.to_unit)).as_vec3a();
+        let line = Line::new(origin, direction, Vec3A::splat(narrow(drift * ball.to_unit)));
+        let start = narrow(-base * by_rate);
+        Some(Self { ray, base, rate, line, start: start - start.abs() * FUDGE, way })
     }
 
     /// The ray for a super-node of one item, which has no boxes to test.
     #[inline(always)]
     pub(super) fn alone(ray: Ray, way: u32) -> Self {
-        let zero = [0.0; 3];
-        Self {
-            ray,
-            base: 0.0,
-            rate: 1.0,
-            inverse: zero,
-            near_offset: zero,
-            far_offset: zero,
-            start: 0.0,
-            way,
-        }
+        let line = Line { inverse: Vec3A::ZERO, near_offset: Vec3A::ZERO, far_offset: Vec3A::ZERO };
+        Self { ray, base: 0.0, rate: 1.0, line, start: 0.0, way }
     }
 
     /// The s of a t, not before it.
@@ -157,12 +157,6 @@ impl Narrow {
     fn s(&self, t: f64) -> f32 {
         narrow((t - self.base) * (1.0 / self.rate)).clamp(f32::MIN, f32::MAX)
     }
-
-    /// Which coordinates fall along the ray.
-    #[inline(always)]
-    pub(super) fn falling(&self) -> [bool; 3] {
-        [self.inverse[0] < 0.0, self.inverse[1] < 0.0, self.inverse[2] < 0.0]
-    }
 }
 
 impl NarrowRays {
@@ -174,6 +168,7 @@ impl NarrowRays {
         near_offset: [Floats::ZERO; 3],
         far_offset: [Floats::ZERO; 3],
         start: Floats::ZERO,
+        tube: None,
         end: Floats::ZERO,
         changes: 0,
         way: 0,
@@ -182,10 +177,11 @@ impl NarrowRays {
     /// Narrows the rays that are here, and says which of a set meet the ball.
     #[inline(always)]
     pub(super) fn narrow<S: Simd>(&mut self, simd: S, ball: &SuperNode, lanes: Mask) -> Mask {
-        let lead = lanes.trailing_zeros() as usize % LANES;
-        let direction = self.rays.get(lead).direction;
-        self.rate = power_of_two(ball.radius / direction.length());
-        let to_unit = 1.0 / ball.radius;
+        let lead = middle(lanes);
+        let by_squared_length = 1.0 / self.rays.get(lead).direction.length_squared();
+        let [rate, by_rate] = power_below_root(ball.radius * ball.radius * by_squared_length);
+        self.rate = rate;
+        let to_unit = ball.to_unit;
         let mut met = 0;
         let mut origins = [[f64x8::splat(simd, 0.0); 2]; 3];
         let mut directions = origins;
@@ -204,15 +200,17 @@ impl NarrowRays {
             origins[0][half] = closest.x * to_unit;
             origins[1][half] = closest.y * to_unit;
             origins[2][half] = closest.z * to_unit;
-            directions[0][half] = direction.x * (self.rate * to_unit);
-            directions[1][half] = direction.y * (self.rate * to_unit);
-            directions[2][half] = direction.z * (self.rate * to_unit);
+            directions[0][half] = direction.x * (rate * to_unit);
+            directions[1][half] = direction.y * (rate * to_unit);
+            directions[2][half] = direction.z * (rate * to_unit);
             drifts[half] = drift * to_unit;
-            starts[half] = -base * (1.0 / self.rate);
+            starts[half] = -base * by_rate;
         }
+        let met = met & lanes;
         let drift = drifts[0].narrow(drifts[1]);
         let start = starts[0].narrow(starts[1]);
         self.start = Floats::from_vector(start - start.abs() * FUDGE);
+        let mut bundle = Bundle { origin: [Floats::ZERO; 3], direction: [Floats::ZERO; 3] };
         for axis in 0..3 {
             let origin = origins[axis][0].narrow(origins[axis][1]);
             let direction = directions[axis][0].narrow(directions[axis][1]);
@@ -223,8 +221,11 @@ impl NarrowRays {
             self.inverse[axis] = Floats::from_vector(inverse);
             self.near_offset[axis] = Floats::from_vector(offset - slack);
             self.far_offset[axis] = Floats::from_vector(offset + slack);
+            bundle.origin[axis] = Floats::from_vector(origin);
+            bundle.direction[axis] = Floats::from_vector(direction);
         }
-        met & lanes
+        self.tube = (met != 0 && ball.reach.is_finite()).then(|| bundle.tube(simd, met, drift));
+        met
     }
 
     /// The s of each ray's t, not before it.
@@ -242,14 +243,16 @@ impl NarrowRays {
     /// One of them.
     #[inline(always)]
     pub(super) fn lane(&self, lane: usize) -> Narrow {
-        let pick = |floats: &[Floats; 3]| [floats[0].0[lane], floats[1].0[lane], floats[2].0[lane]];
+        let pick = |floats: &[Floats; 3]| Vec3A::from(std::array::from_fn(|axis| floats[axis].0[lane]));
         Narrow {
             ray: self.rays.get(lane),
             base: self.base.0[lane],
             rate: self.rate,
-            inverse: pick(&self.inverse),
-            near_offset: pick(&self.near_offset),
-            far_offset: pick(&self.far_offset),
+            line: Line {
+                inverse: pick(&self.inverse),
+                near_offset: pick(&self.near_offset),
+                far_offset: pick(&self.far_offset),
+            },
             start: self.start.0[lane],
             way: self.way,
         }
@@ -267,6 +270,11 @@ impl NarrowRays {
     }
 }
 
+#[inline(always)]
+pub(super) fn load<S: Simd>(simd: S, floats: &[Floats; 3]) -> [f32x16<S>; 3] {
+    [floats[0].load(simd), floats[1].load(simd), floats[2].load(simd)]
+}
+
 /// The set of lanes of a mask.
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "sixteen bits")]
@@ -280,10 +288,54 @@ pub(super) fn narrow(value: f64) -> f32 {
     value as f32
 }
 
-/// The power of two at or below a positive number, so that multiplying by it is exact.
+/// The lines of rays in the unit ball.
+struct Bundle {
+    origin: [Floats; 3],
+    direction: [Floats; 3],
+}
+
+impl Bundle {
+    /// A line with slack for those of a set and their drift: wherever one of them meets a box in the ball, that line does.
+    #[inline(always)]
+    fn tube<S: Simd>(&self, simd: S, lanes: Mask, drift: f32x16<S>) -> Line {
+        let lead = middle(lanes);
+        let is_in = mask32x16::from_bitmask(simd, u64::from(lanes));
+        let zero = f32x16::splat(simd, 0.0);
+        let [x, y, z] = load(simd, &self.direction);
+        let squared_length = is_in.select(x * x + y * y + z * z, f32x16::splat(simd, f32::MAX));
+        // The s where the last of them leaves the ball.
+        let last = (1.0 + 1e-3) / squared_length.reduce_min().max(LEAST).sqrt();
+        let drift = is_in.select(drift, zero).reduce_max();
+        let (mut origin, mut direction, mut slack) = (Vec3A::ZERO, Vec3A::ZERO, Vec3A::ZERO);
+        for axis in 0..3 {
+            origin[axis] = self.origin[axis].0[lead];
+            direction[axis] = self.direction[axis].0[lead];
+            let aside = (self.origin[axis].load(simd) - origin[axis]).abs();
+            let apart = (self.direction[axis].load(simd) - direction[axis]).abs();
+            slack[axis] = is_in.select(aside + apart * last, zero).reduce_max();
+        }
+        Line::new(origin, direction, slack * (1.0 + FUDGE) + (drift + FUDGE))
+    }
+}
+
+/// A lane in the middle of a square of rays, if the set has one, or its first.
 #[inline(always)]
-fn power_of_two(value: f64) -> f64 {
-    const EXPONENT: u64 = 0x7ff << 52;
-    let power = f64::from_bits(value.to_bits() & EXPONENT);
-    if power > 0.0 && power.is_finite() { power } else { 1.0 }
+fn middle(lanes: Mask) -> usize {
+    const INNER: Mask = 0x0660;
+    let inner = if lanes & INNER == 0 { lanes } else { lanes & INNER };
+    inner.trailing_zeros() as usize % LANES
+}
+
+/// The power of two at or below the root of a positive number, and above a half of it; and one by it. Multiplying by
+/// either is exact.
+#[inline(always)]
+fn power_below_root(square: f64) -> [f64; 2] {
+    const BIAS: u64 = 1023;
+    const DIGITS: u32 = f64::MANTISSA_DIGITS - 1;
+    if !square.is_normal() {
+        return [1.0; 2];
+    }
+    // The exponent that is stored is BIAS more than the real one, and BIAS is odd.
+    let exponent = ((square.to_bits() >> DIGITS) + BIAS) / 2;
+    [f64::from_bits(exponent << DIGITS), f64::from_bits((2 * BIAS - exponent) << DIGITS)]
 }

@@ -4,7 +4,10 @@
 //! as a tree, so that noting a hit costs nothing in proportion to its depth; normals and surfaces are found afterwards,
 //! for the hits that remain.
 
+use glam::DVec3;
+
 use super::lanes::{LANES, Lanes};
+use crate::Ray;
 
 /// Where a way begins: at the root.
 pub(super) const START: u32 = 0;
@@ -16,6 +19,8 @@ pub(super) struct Hits {
     pub(super) t: Lanes,
     /// The item that is hit, and the way to it.
     found: [Option<Place>; LANES],
+    /// The way on which each ray was when it last hit something, and the ray there.
+    seen: [(u32, Ray); LANES],
     /// Ways, each as the one that it goes on from and the item that it enters.
     ways: Vec<(u32, u32)>,
     /// Counts all changes of t.
@@ -43,7 +48,9 @@ impl Place {
 
 impl Hits {
     pub(super) fn new() -> Self {
-        Self { t: Lanes::ZERO, found: [None; LANES], ways: Vec::new(), changes: 0 }
+        let nowhere = Ray { origin: DVec3::ZERO, direction: DVec3::ZERO };
+        let seen = [(START, nowhere); LANES];
+        Self { t: Lanes::ZERO, found: [None; LANES], seen, ways: Vec::new(), changes: 0 }
     }
 
     /// Starts over.
@@ -62,14 +69,16 @@ impl Hits {
         u32::try_from(self.ways.len() - 1).expect("2³² super-nodes on the way of one packet outgrow memory")
     }
 
-    /// Takes a hit if it is before the one that is known, or at the same t and left of it in the graph.
+    /// Takes a hit of a ray, which is in the frame of the super-node, if it is before the one that is known, or at the same
+    /// t and left of it in the graph.
     #[inline(always)]
     #[expect(clippy::float_cmp, reason = "what differs by an ulp is not at the same t")]
-    pub(super) fn offer(&mut self, lane: usize, t: f64, place: Place) {
+    pub(super) fn offer(&mut self, lane: usize, t: f64, place: Place, ray: impl FnOnce() -> Ray) {
         let best = self.t.0[lane];
         if t < best || t == best && self.is_left(place, self.found[lane]) {
             self.t.0[lane] = t;
             self.found[lane] = Some(place);
+            self.seen[lane] = (place.way, ray());
             self.changes += 1;
         }
     }
@@ -91,16 +100,25 @@ impl Hits {
         self.found[lane]
     }
 
+    /// The ray of a lane in the super-node of a place, if it is where the ray last hit something.
+    #[inline(always)]
+    pub(super) fn ray_at(&self, lane: usize, place: Place) -> Option<&Ray> {
+        let (way, ray) = &self.seen[lane];
+        (*way == place.way).then_some(ray)
+    }
+
+    /// The items that a way enters, the last one first.
+    #[inline(always)]
+    pub(super) fn upwards(&self, way: u32) -> impl Iterator<Item = u32> {
+        let step = move |way: u32| (way != START).then(|| self.ways[way as usize]);
+        std::iter::successors(step(way), move |(before, _)| step(*before)).map(|(_, item)| item)
+    }
+
     /// The items that a place was come to by, the first one first, and its own.
     pub(super) fn items(&self, place: Place, items: &mut Vec<u32>) {
         items.clear();
         items.push(place.item);
-        let mut way = place.way;
-        while way != START {
-            let (before, item) = self.ways[way as usize];
-            items.push(item);
-            way = before;
-        }
+        items.extend(self.upwards(place.way));
         items.reverse();
     }
 

@@ -1,9 +1,5 @@
 //! The fast engine: the graph compiled into [super-nodes](compile), traced in [packets](packet).
 //!
-//! - [`compile`]: states opened into lists of items; [`tree`]: wide trees of boxes over them.
-//! - [`frame`]: rays in the unit ball of a super-node; [`lanes`], [`shapes`]: sixteen of them side by side.
-//! - [`packet`], [`single`]: going down; [`hits`]: what was found; [`solid`]: the results of ∩ and \\.
-//!
 //! It finds the hits of the [reference walk](crate::Walk): t and normal differ only by how the products of transformations
 //! are rounded. Where the walk asks one node after the other, evaluating its expressions each time, this one has
 //! evaluated each state once, and goes down a few wide trees. It is in these parts:
@@ -29,11 +25,11 @@ mod tree;
 use csg_graph::{EvalError, Graph};
 use csg_graph_bounds::ExactBoxes;
 use fearless_simd::{Level, Simd, dispatch};
-use glam::DVec3;
 
 use self::compile::{Compiled, Content};
 use self::face::Faces;
 use self::hits::{Hits, Place};
+use self::lanes::transform;
 use self::packet::Packet;
 use self::single::Single;
 use self::solid::Solids;
@@ -79,23 +75,24 @@ struct Inquiry<'t> {
 }
 
 impl Inquiry<'_> {
-    /// Notes that a ray meets an item at t.
+    /// Notes that a ray, in the frame of a super-node, meets one of its items at t.
     #[inline(always)]
-    fn answer(&mut self, lane: usize, t: f64, place: Place) {
+    fn answer(&mut self, lane: usize, t: f64, place: Place, ray: impl FnOnce() -> Ray) {
         match self.ask {
-            Ask::Nearest => self.hits.offer(lane, t, place),
+            Ask::Nearest => self.hits.offer(lane, t, place, ray),
             Ask::Any if t < self.hits.t.0[lane] => self.hits.stop(lane, place),
             Ask::Any => {}
         }
     }
 
-    /// Asks a solid about a ray in its frame.
+    /// Asks a solid, an item of a super-node, about a ray in the frame of that.
     #[inline(always)]
     fn ask_solid<S: Simd>(&mut self, simd: S, lane: usize, ray: &Ray, solid: u32, place: Place) {
         let end = self.hits.t.0[lane];
-        let first = self.solids.first(simd, self.compiled, self.hits, (solid, place), ray, end);
+        let inside = transform(ray, &self.compiled.items[place.item as usize].item_from_super);
+        let first = self.solids.first(simd, self.compiled, self.hits, (solid, place), &inside, end);
         if let Some((t, place)) = first {
-            self.answer(lane, t, place);
+            self.answer(lane, t, place, || *ray);
         }
     }
 
@@ -145,6 +142,7 @@ impl Accelerated {
             faces: Faces::default(),
             counters: Counters::default(),
             items: Vec::new(),
+            paints: Vec::new(),
         }
     }
 }
@@ -160,6 +158,7 @@ pub struct Tracer<'a> {
     faces: Faces,
     counters: Counters,
     items: Vec<u32>,
+    paints: Vec<u32>,
 }
 
 impl Tracer<'_> {
@@ -241,35 +240,46 @@ impl Tracer<'_> {
     }
 
     /// What a lane has hit.
+    #[inline(always)]
     fn hit(&mut self, lane: usize, world_ray: &Ray) -> Option<Hit> {
         let place = self.hits.found(lane)?;
-        self.hits.items(place, &mut self.items);
         let compiled = &self.scene.compiled;
-        let mut ray = *world_ray;
-        let mut surface = Surface::default();
-        let mut depth = 0;
-        for item in &self.items {
-            let item = &compiled.items[*item as usize];
-            ray = lanes::transform(&ray, &item.item_from_super);
-            depth += item.depth;
-            let terms = item.paint.map_or(&[][..], |paint| &compiled.paints[paint as usize]);
-            terms.iter().for_each(|(term, value)| surface.set(*term, *value));
-        }
         let item = &compiled.items[place.item as usize];
         let Content::Shape(shape) = item.content else {
             unreachable!("what is hit is a face of a primitive")
         };
-        let spans = crate::shapes::spans(&compiled.shapes[shape as usize], &ray);
+        let ray = match self.hits.ray_at(lane, place) {
+            Some(super_ray) => transform(super_ray, &item.item_from_super),
+            None => self.descend(place, world_ray),
+        };
         let t = self.hits.t.0[lane];
         // By the same arithmetic as before.
-        let end = spans.iter().flat_map(|span| [span.enter, span.exit]).find(|end| end.t >= t)?;
-        let normal = if place.turned { -end.normal } else { end.normal };
-        let up = |normal: DVec3, item: &u32| {
-            compiled.items[*item as usize].item_from_super.matrix3.transpose() * normal
-        };
-        let normal = self.items.iter().rev().fold(normal, up);
+        let end = crate::shapes::boundary(&compiled.shapes[shape as usize], &ray, t)?;
+        let mut normal = if place.turned { -end.normal } else { end.normal };
+        let mut depth = 0;
+        self.paints.clear();
+        for item in std::iter::once(place.item).chain(self.hits.upwards(place.way)) {
+            let item = &compiled.items[item as usize];
+            normal = item.item_from_super.matrix3.transpose() * normal;
+            depth += item.depth;
+            self.paints.extend(item.paint);
+        }
+        let mut surface = Surface::default();
+        for paint in self.paints.iter().rev() {
+            let terms = &compiled.paints[*paint as usize];
+            terms.iter().for_each(|(term, value)| surface.set(*term, *value));
+        }
         let normal = walk::unit(normal).unwrap_or(-world_ray.direction);
         Some(Hit { t, point: world_ray.at(t), normal, surface, node: item.node, depth })
+    }
+
+    /// A ray of the world in the frame of an item.
+    fn descend(&mut self, place: Place, world_ray: &Ray) -> Ray {
+        let Self { scene, hits, items, .. } = self;
+        hits.items(place, items);
+        let into =
+            |ray: Ray, item: &u32| transform(&ray, &scene.compiled.items[*item as usize].item_from_super);
+        items.iter().fold(*world_ray, into)
     }
 
     /// What was counted since the tracer was made or its counters were taken.

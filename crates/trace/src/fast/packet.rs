@@ -6,11 +6,11 @@
 //! The rays of a packet need not agree in the signs of their directions, but the test of a box has near and far planes;
 //! so those that agree go together, and at each super-node, whose frame may be turned, they are sorted anew.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16};
 
 use super::Inquiry;
 use super::compile::{Content, Item, SuperNode};
-use super::frame::{Floats, NarrowRays, float_bits};
+use super::frame::{Floats, Line, NarrowRays, float_bits, load};
 use super::hits::{Hits, Place, START};
 use super::lanes::{HALF, LANES, Lanes, Mask, Rays, transform};
 use super::shapes::{self, bits};
@@ -25,7 +25,6 @@ const FEW: u32 = 3;
 struct Open {
     /// Where each meets it; infinite for the others.
     near: Floats,
-    nearest: f32,
     child: Child,
     level: u32,
     /// Which coordinates fall.
@@ -95,8 +94,7 @@ impl Packet {
                 }
                 Content::Solid(solid) => {
                     each(lanes, |lane| {
-                        let ray = transform(&rays.rays.get(lane), &item.item_from_super);
-                        inquiry.ask_solid(simd, lane, &ray, solid, place);
+                        inquiry.ask_solid(simd, lane, &rays.rays.get(lane), solid, place);
                     });
                 }
                 Content::Shape(shape) => {
@@ -129,7 +127,7 @@ impl Packet {
                         let before = bits(first.simd_le(inquiry.hits.t.half(simd, half)));
                         met |= (valid & before) << (half * HALF);
                     }
-                    each(met & lanes, |lane| inquiry.answer(lane, t.0[lane], place));
+                    each(met & lanes, |lane| inquiry.answer(lane, t.0[lane], place, || rays.rays.get(lane)));
                 }
             }
         }
@@ -176,9 +174,10 @@ impl Packet {
                 falls
             });
             met &= !alike;
-            let mut near = Floats([f32::INFINITY; LANES]);
-            each(alike, |lane| near.0[lane] = f32::NEG_INFINITY);
-            self.stack.push(Open { near, nearest: f32::NEG_INFINITY, child, level, falling: signs });
+            let is_alike = mask32x16::from_bitmask(simd, u64::from(alike));
+            let [on, off] = [f32::NEG_INFINITY, f32::INFINITY].map(|near| f32x16::splat(simd, near));
+            let near = Floats::from_vector(is_alike.select(on, off));
+            self.stack.push(Open { near, child, level, falling: signs });
         }
     }
 }
@@ -192,11 +191,6 @@ fn each(mut lanes: Mask, mut action: impl FnMut(usize)) {
     }
 }
 
-#[inline(always)]
-fn load<S: Simd>(simd: S, floats: &[Floats; 3]) -> [f32x16<S>; 3] {
-    [floats[0].load(simd), floats[1].load(simd), floats[2].load(simd)]
-}
-
 /// Puts the children of a node that rays of the set meet on the stack, the nearest last.
 #[inline(always)]
 fn push<S: Simd>(simd: S, stack: &mut Vec<Open>, node: &Node, rays: &NarrowRays, open: &Open) {
@@ -208,8 +202,9 @@ fn push<S: Simd>(simd: S, stack: &mut Vec<Open>, node: &Node, rays: &NarrowRays,
     let end = rays.end.load(simd);
     let near_planes = node.near_planes(open.falling);
     let far_planes = node.far_planes(open.falling);
-    let first = stack.len();
-    for slot in 0..(node.count as usize).min(WIDTH) {
+    let (slots, count) = candidates(simd, node, rays.tube.as_ref());
+    for slot in &slots[..count] {
+        let slot = usize::from(*slot) % WIDTH;
         let mut near = start;
         let mut far = end;
         for axis in 0..3 {
@@ -219,24 +214,32 @@ fn push<S: Simd>(simd: S, stack: &mut Vec<Open>, node: &Node, rays: &NarrowRays,
             far = far_plane.mul_add(inverse[axis], far_offset[axis]).min(far);
         }
         let met = near.simd_le(far);
-        let set = float_bits(met);
-        if set == 0 {
-            continue;
-        }
-        let near = met.select(near, f32x16::splat(simd, f32::INFINITY));
-        let nearest = near.reduce_min();
-        let new = Open {
-            near: Floats::from_vector(near),
-            nearest,
-            child: node.children[slot],
-            level: open.level,
-            falling: open.falling,
-        };
-        stack.push(new);
-        let mut at = stack.len() - 1;
-        while at > first && stack[at - 1].nearest < nearest {
-            stack.swap(at, at - 1);
-            at -= 1;
+        if float_bits(met) != 0 {
+            let near = Floats::from_vector(met.select(near, f32x16::splat(simd, f32::INFINITY)));
+            stack.push(Open { near, child: node.children[slot], ..*open });
         }
     }
+}
+
+/// The slots of a node that rays of a tube may meet, the nearest last, and how many these are.
+#[inline(always)]
+fn candidates<S: Simd>(simd: S, node: &Node, tube: Option<&Line>) -> ([u8; WIDTH], usize) {
+    let (near, mut met) = match tube {
+        Some(tube) => single::met(simd, node, tube, f32::MIN, f32::MAX),
+        None => ([0.0; WIDTH], (1 << node.count) - 1),
+    };
+    let (mut slots, mut count) = ([0; WIDTH], 0);
+    for slot in 0..8_u8 {
+        if met & 1 != 0 {
+            let mut at = count;
+            while at > 0 && near[usize::from(slots[at - 1])] < near[usize::from(slot)] {
+                slots[at] = slots[at - 1];
+                at -= 1;
+            }
+            slots[at] = slot;
+            count += 1;
+        }
+        met >>= 1;
+    }
+    (slots, count)
 }

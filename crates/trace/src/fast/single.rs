@@ -6,7 +6,7 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
 use super::Inquiry;
 use super::compile::{Compiled, Content};
-use super::frame::Narrow;
+use super::frame::{Line, Narrow};
 use super::hits::{Place, START};
 use super::lanes::transform;
 use super::tree::{Child, Node, WIDTH};
@@ -60,7 +60,7 @@ impl Single {
                 Err(node) => {
                     let node = &compiled.nodes[node];
                     inquiry.work.boxes += u64::from(node.count);
-                    let (near, met) = met(simd, node, narrow, narrow.start, end);
+                    let (near, met) = met(simd, node, &narrow.line, narrow.start, end);
                     push(&mut self.stack, node, near, met, level);
                     continue;
                 }
@@ -68,12 +68,12 @@ impl Single {
             };
             let item = &compiled.items[at];
             let place = Place::new(narrow.way, at);
-            let ray = transform(&narrow.ray, &item.item_from_super);
+            let into_item = || transform(&narrow.ray, &item.item_from_super);
             let hit = match item.content {
                 Content::Super(number) => {
                     let below = &compiled.supers[number as usize];
                     if let Some(root) = below.root
-                        && let Some(narrow) = Narrow::new(ray, below, inquiry.hits.enter(place))
+                        && let Some(narrow) = Narrow::new(into_item(), below, inquiry.hits.enter(place))
                     {
                         self.levels.push(narrow);
                         self.stack.push(Open { near: f32::NEG_INFINITY, child: root, level: level + 1 });
@@ -81,16 +81,16 @@ impl Single {
                     continue;
                 }
                 Content::Solid(solid) => {
-                    inquiry.ask_solid(simd, lane, &ray, solid, place);
+                    inquiry.ask_solid(simd, lane, &narrow.ray, solid, place);
                     continue;
                 }
                 Content::Shape(shape) => {
                     inquiry.work.primitives += 1;
-                    first(&shapes::extents(&compiled.shapes[shape as usize], &ray))
+                    first(&shapes::extents(&compiled.shapes[shape as usize], &into_item()))
                 }
             };
             if let Some(t) = hit {
-                inquiry.answer(lane, t, place);
+                inquiry.answer(lane, t, place, || narrow.ray);
             }
         }
     }
@@ -115,20 +115,20 @@ pub(super) fn first(extents: &Extents) -> Option<f64> {
     first.map(|[enter, exit]| if *enter > 0.0 { *enter } else { *exit })
 }
 
-/// Which children of a node a ray meets between `start` and `end`, and where.
+/// Which children of a node a line meets between `start` and `end`, and where.
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "eight bits")]
-pub(super) fn met<S: Simd>(simd: S, node: &Node, ray: &Narrow, start: f32, end: f32) -> ([f32; WIDTH], u32) {
+pub(super) fn met<S: Simd>(simd: S, node: &Node, line: &Line, start: f32, end: f32) -> ([f32; WIDTH], u32) {
     let mut near = f32x8::splat(simd, start);
     let mut far = f32x8::splat(simd, end);
-    let near_planes = node.near_planes(ray.falling());
-    let far_planes = node.far_planes(ray.falling());
+    let near_planes = node.near_planes(line.falling());
+    let far_planes = node.far_planes(line.falling());
     for axis in 0..3 {
-        let inverse = f32x8::splat(simd, ray.inverse[axis]);
+        let inverse = f32x8::splat(simd, line.inverse[axis]);
         let near_plane = f32x8::from_slice(simd, near_planes[axis]);
         let far_plane = f32x8::from_slice(simd, far_planes[axis]);
-        near = near_plane.mul_add(inverse, f32x8::splat(simd, ray.near_offset[axis])).max(near);
-        far = far_plane.mul_add(inverse, f32x8::splat(simd, ray.far_offset[axis])).min(far);
+        near = near_plane.mul_add(inverse, f32x8::splat(simd, line.near_offset[axis])).max(near);
+        far = far_plane.mul_add(inverse, f32x8::splat(simd, line.far_offset[axis])).min(far);
     }
     let met = near.simd_le(far).to_bitmask() as u32 & ((1 << node.count) - 1);
     (*near, met)

@@ -400,7 +400,7 @@ impl Solids {
                 Err(node) => {
                     let node = &compiled.nodes[node];
                     self.work.boxes += u64::from(node.count);
-                    let (near, met) = met(simd, node, narrow, start, end);
+                    let (near, met) = met(simd, node, &narrow.line, start, end);
                     push(&mut self.stack, node, near, met, level);
                     continue;
                 }
@@ -459,7 +459,7 @@ impl Solids {
                 Err(node) => {
                     let node = &compiled.nodes[node];
                     self.work.boxes += u64::from(node.count);
-                    let (near, mut met) = met(simd, node, narrow, narrow.start(t), f32::MAX);
+                    let (near, mut met) = met(simd, node, &narrow.line, narrow.start(t), f32::MAX);
                     let here = narrow.end(t);
                     while met != 0 {
                         let slot = met.trailing_zeros() as usize % WIDTH;

@@ -142,6 +142,20 @@ fn extents_of_others(primitive: &Primitive, ray: &Ray) -> Extents {
     extents
 }
 
+/// The first boundary of `primitive` on the line of `ray` that is not before `t`, as in [`spans`].
+#[inline(always)]
+pub(crate) fn boundary(primitive: &Primitive, ray: &Ray, t: f64) -> Option<End> {
+    // Of what is inlined here, the compiler leaves out the end that is not asked for.
+    let of = |span: &Span| if span.enter.t >= t { span.enter } else { span.exit };
+    let span = match primitive {
+        Primitive::Sphere => sphere::span(ray),
+        Primitive::Cube => cube::span(ray)?,
+        Primitive::Cylinder => cylinder::span(ray)?,
+        _ => *spans(primitive, ray).iter().find(|span| span.exit.t >= t)?,
+    };
+    Some(of(&span)).filter(|end| end.t >= t)
+}
+
 /// The spans of the line of `ray` in `primitive`, both in the object frame.
 ///
 /// A line that lies in a flat face counts as inside where the face is a minimum of its coordinate and as outside where it
