@@ -118,7 +118,7 @@ impl Camera {
             forward,
             right: right * half_width,
             up: up * (half_width * height / width),
-            size: [width, height],
+            pixel: [2.0 / width, 2.0 / height],
         })
     }
 }
@@ -146,17 +146,17 @@ pub struct Lens {
     right: DVec3,
     /// From the middle of the picture to its upper border.
     up: DVec3,
-    /// In pixels.
-    size: [f64; 2],
+    /// The size of a pixel, where that of the picture is 2 by 2.
+    pixel: [f64; 2],
 }
 
 impl Lens {
     /// The ray through a point of the picture, in pixels from the upper left corner: (0.5, 0.5) is the centre of the first
     /// pixel. At t = 1 it is in the picture plane, at distance 1 from the eye, so that t is the depth.
+    #[inline]
     pub fn ray(&self, x: f64, y: f64) -> Ray {
-        let [width, height] = self.size;
-        let direction =
-            self.forward + self.right * (2.0 * x / width - 1.0) + self.up * (1.0 - 2.0 * y / height);
+        let [width, height] = self.pixel;
+        let direction = self.forward + self.right * (x * width - 1.0) + self.up * (1.0 - y * height);
         Ray { origin: self.eye, direction }
     }
 }

@@ -63,6 +63,26 @@ impl Tracer<'_> {
         Ok(())
     }
 
+    /// How many of some rays hit anything, no more rays than the engine takes together.
+    pub(crate) fn count_hits(&mut self, rays: &[Ray]) -> Result<u64, EvalError> {
+        let mut count = 0;
+        match self {
+            Self::Reference(walk) => {
+                for ray in rays {
+                    count += u64::from(walk.nearest(ray)?.is_some());
+                }
+            }
+            Self::Fast(tracer) => {
+                let reach = tracer.reach_of(rays);
+                count += reach[..rays.len()].iter().filter(|t| t.is_finite()).count() as u64;
+            }
+            Self::Grid(tracer) => {
+                count += rays.iter().filter(|ray| tracer.nearest(ray).is_some()).count() as u64;
+            }
+        }
+        Ok(count)
+    }
+
     /// Which of some rays meet the solid before their ends, as a set of bits.
     pub(crate) fn occluded(&mut self, rays: &[Ray], ends: &[f64]) -> Result<u32, EvalError> {
         match self {

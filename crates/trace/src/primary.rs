@@ -37,8 +37,9 @@ pub struct Probe {
     pub box_tests: u32,
 }
 
-/// Traces one ray through the centre of each pixel, on the threads of the rayon pool that it is called in, and keeps
-/// nothing of what they meet: what a picture costs before it is shaded.
+/// Traces one ray through the centre of each pixel, on the threads of the rayon pool that it is called in, to where it
+/// meets the solid, and keeps nothing: what a picture costs before it is shaded. Engines that find a hit before they find
+/// out what is hit are not asked for that.
 ///
 /// # Errors
 /// As [`render`](crate::render), of which it is a part.
@@ -50,8 +51,7 @@ pub fn primary(world: &World<'_>, width: u32, height: u32) -> Result<PrimaryPass
     trace(world, width, height, |probing, tile| {
         let mut pass = PrimaryPass::default();
         for square in tile.squares(side) {
-            let found = probing.nearest(square)?.iter().flatten().count();
-            pass.hits += found as u64;
+            pass.hits += probing.count_hits(square)?;
         }
         pass.counters = probing.tracer.take_counters();
         Ok(pass)
@@ -115,13 +115,23 @@ struct Probing<'a> {
 }
 
 impl Probing<'_> {
+    /// How many of the rays through some pixels meet anything, no more rays than the engine takes together.
+    fn count_hits(&mut self, pixels: impl IntoIterator<Item = (u32, u32)>) -> Result<u64, EvalError> {
+        self.aim(pixels);
+        self.tracer.count_hits(&self.rays)
+    }
+
     /// What the rays through some pixels meet, no more than the engine takes together.
     fn nearest(&mut self, pixels: impl IntoIterator<Item = (u32, u32)>) -> Result<&[Option<Hit>], EvalError> {
+        self.aim(pixels);
+        self.tracer.nearest(&self.rays, &mut self.hits)?;
+        Ok(&self.hits)
+    }
+
+    fn aim(&mut self, pixels: impl IntoIterator<Item = (u32, u32)>) {
         let ray = |(x, y): (u32, u32)| self.lens.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
         self.rays.clear();
         self.rays.extend(pixels.into_iter().map(ray));
-        self.tracer.nearest(&self.rays, &mut self.hits)?;
-        Ok(&self.hits)
     }
 }
 

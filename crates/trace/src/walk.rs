@@ -346,5 +346,10 @@ fn normal_map(transform: &Transform) -> DMat3 {
 
 /// The vector at length 1, also where the square of its length leaves the range of numbers; `None` if it has no direction.
 pub(crate) fn unit(vector: DVec3) -> Option<DVec3> {
+    const ORDINARY: std::ops::Range<f64> = 1e-200..1e200;
+    let squared_length = vector.length_squared();
+    if ORDINARY.contains(&squared_length) {
+        return Some(vector / squared_length.sqrt());
+    }
     (vector / vector.abs().max_element()).try_normalize()
 }

@@ -91,11 +91,6 @@ impl Hits {
         self.changes += 1;
     }
 
-    /// Says more exactly what has been hit.
-    pub(super) fn refine(&mut self, lane: usize, place: Place) {
-        self.found[lane] = Some(place);
-    }
-
     pub(super) fn found(&self, lane: usize) -> Option<Place> {
         self.found[lane]
     }

@@ -70,7 +70,6 @@ struct Inquiry<'t> {
     ask: Ask,
     hits: &'t mut Hits,
     solids: &'t mut Solids,
-    faces: &'t mut Faces,
     work: Work,
 }
 
@@ -93,21 +92,6 @@ impl Inquiry<'_> {
         let first = self.solids.first(simd, self.compiled, self.hits, (solid, place), &inside, end);
         if let Some((t, place)) = first {
             self.answer(lane, t, place, || *ray);
-        }
-    }
-
-    /// Finds out which face of a solid a ray has hit, if that is not known yet.
-    #[inline(always)]
-    fn refine<S: Simd>(&mut self, simd: S, lane: usize, ray: &Ray) {
-        let Self { compiled, hits, faces, .. } = self;
-        if self.ask == Ask::Nearest
-            && let Some(place) = hits.found(lane)
-            && let Content::Solid(_) = compiled.items[place.item as usize].content
-        {
-            let t = hits.t.0[lane];
-            if let Some(face) = faces.find(simd, compiled, hits, place, ray, t) {
-                hits.refine(lane, face);
-            }
         }
     }
 }
@@ -169,6 +153,17 @@ impl Tracer<'_> {
         self.hit(0, ray)
     }
 
+    /// How far up to [`PACKET`] rays go: the parameters of their first hits, infinite for those that hit nothing. What is
+    /// hit there is not asked, which takes about as long again.
+    ///
+    /// # Panics
+    /// If there are more.
+    pub fn reach_of(&mut self, rays: &[Ray]) -> [f64; PACKET] {
+        self.counters.rays += rays.len() as u64;
+        self.trace_packet(rays, |_| f64::INFINITY, Ask::Nearest);
+        self.hits.t.0
+    }
+
     /// The first hits of up to [`PACKET`] rays.
     ///
     /// # Panics
@@ -199,14 +194,13 @@ impl Tracer<'_> {
     }
 
     fn trace_one(&mut self, ray: &Ray, end: f64, ask: Ask) {
-        let Self { scene, single, hits, solids, faces, .. } = self;
+        let Self { scene, single, hits, solids, .. } = self;
         hits.clear([end; PACKET]);
         let Some(start) = Single::start(&scene.compiled, ray) else { return };
         let work = Work::default();
-        let mut inquiry = Inquiry { compiled: &scene.compiled, ask, hits, solids, faces, work };
+        let mut inquiry = Inquiry { compiled: &scene.compiled, ask, hits, solids, work };
         dispatch!(scene.level, simd => {
             single.trace(simd, &mut inquiry, 0, start);
-            inquiry.refine(simd, 0, ray);
         });
         let work = inquiry.work;
         self.note(work);
@@ -214,7 +208,7 @@ impl Tracer<'_> {
 
     fn trace_packet(&mut self, rays: &[Ray], end: impl Fn(usize) -> f64, ask: Ask) {
         assert!(rays.len() <= PACKET, "a packet has {PACKET} rays");
-        let Self { scene, packet, hits, solids, faces, .. } = self;
+        let Self { scene, packet, hits, solids, .. } = self;
         let Some(last) = rays.len().checked_sub(1) else { return hits.clear([0.0; PACKET]) };
         hits.clear(std::array::from_fn(|lane| end(lane.min(last))));
         for lane in 0..PACKET {
@@ -222,12 +216,9 @@ impl Tracer<'_> {
         }
         let lanes = u32::MAX >> (31 - last);
         let work = Work::default();
-        let mut inquiry = Inquiry { compiled: &scene.compiled, ask, hits, solids, faces, work };
+        let mut inquiry = Inquiry { compiled: &scene.compiled, ask, hits, solids, work };
         dispatch!(scene.level, simd => {
             packet.trace(simd, &mut inquiry, lanes);
-            for (lane, ray) in rays.iter().enumerate() {
-                inquiry.refine(simd, lane, ray);
-            }
         });
         let work = inquiry.work;
         self.note(work);
@@ -242,7 +233,8 @@ impl Tracer<'_> {
     /// What a lane has hit.
     #[inline(always)]
     fn hit(&mut self, lane: usize, world_ray: &Ray) -> Option<Hit> {
-        let place = self.hits.found(lane)?;
+        let t = self.hits.t.0[lane];
+        let place = self.hits.found(lane).map(|place| self.face(place, world_ray, t))?;
         let compiled = &self.scene.compiled;
         let item = &compiled.items[place.item as usize];
         let Content::Shape(shape) = item.content else {
@@ -252,7 +244,6 @@ impl Tracer<'_> {
             Some(super_ray) => transform(super_ray, &item.item_from_super),
             None => self.descend(place, world_ray),
         };
-        let t = self.hits.t.0[lane];
         // By the same arithmetic as before.
         let end = crate::shapes::boundary(&compiled.shapes[shape as usize], &ray, t)?;
         let mut normal = if place.turned { -end.normal } else { end.normal };
@@ -271,6 +262,16 @@ impl Tracer<'_> {
         }
         let normal = walk::unit(normal).unwrap_or(-world_ray.direction);
         Some(Hit { t, point: world_ray.at(t), normal, surface, node: item.node, depth })
+    }
+
+    /// The face of the solid at a place that a ray of the world meets at t; of anything else, itself.
+    #[inline(always)]
+    fn face(&mut self, place: Place, world_ray: &Ray, t: f64) -> Place {
+        let Self { scene, hits, faces, .. } = self;
+        let compiled = &scene.compiled;
+        let Content::Solid(_) = compiled.items[place.item as usize].content else { return place };
+        let face = dispatch!(scene.level, simd => faces.find(simd, compiled, hits, place, world_ray, t));
+        face.expect("a solid has a face where a ray meets it")
     }
 
     /// A ray of the world in the frame of an item.

@@ -43,56 +43,71 @@ impl Single {
         self.levels.clear();
         self.stack.clear();
         self.levels.push(narrow);
-        self.stack.push(Open { near: f32::NEG_INFINITY, child, level: 0 });
         let (mut level, mut changes) = (0, inquiry.hits.changes);
         let mut end = narrow.end(inquiry.hits.t.0[lane]);
-        while let Some(open) = self.stack.pop() {
+        let mut open = Open { near: f32::NEG_INFINITY, child, level };
+        loop {
             if open.level != level || inquiry.hits.changes != changes {
                 (level, changes) = (open.level, inquiry.hits.changes);
                 self.levels.truncate(level as usize + 1);
                 end = self.levels[level as usize].end(inquiry.hits.t.0[lane]);
             }
-            if open.near > end {
-                continue;
-            }
-            let narrow = &self.levels[level as usize];
-            let at = match open.child.get() {
-                Err(node) => {
-                    let node = &compiled.nodes[node];
-                    inquiry.work.boxes += u64::from(node.count);
-                    let (near, met) = met(simd, node, &narrow.line, narrow.start, end);
-                    push(&mut self.stack, node, near, met, level);
-                    continue;
-                }
-                Ok(at) => at,
-            };
-            let item = &compiled.items[at];
-            let place = Place::new(narrow.way, at);
-            let into_item = || transform(&narrow.ray, &item.item_from_super);
-            let hit = match item.content {
-                Content::Super(number) => {
-                    let below = &compiled.supers[number as usize];
-                    if let Some(root) = below.root
-                        && let Some(narrow) = Narrow::new(into_item(), below, inquiry.hits.enter(place))
-                    {
-                        self.levels.push(narrow);
-                        self.stack.push(Open { near: f32::NEG_INFINITY, child: root, level: level + 1 });
+            if open.near <= end {
+                let narrow = &self.levels[level as usize];
+                let next = match open.child.get() {
+                    Err(node) => {
+                        let node = &compiled.nodes[node];
+                        inquiry.work.boxes += u64::from(node.count);
+                        let (near, met) = met(simd, node, &narrow.line, narrow.start, end);
+                        nearest(&mut self.stack, node, near, met, level)
                     }
+                    Ok(at) => {
+                        let below = self.ask(simd, inquiry, lane, level, at);
+                        below.map(|child| Open { near: f32::NEG_INFINITY, child, level: level + 1 })
+                    }
+                };
+                if let Some(next) = next {
+                    open = next;
                     continue;
                 }
-                Content::Solid(solid) => {
-                    inquiry.ask_solid(simd, lane, &narrow.ray, solid, place);
-                    continue;
+            }
+            let Some(next) = self.stack.pop() else { break };
+            open = next;
+        }
+    }
+
+    /// Asks an item about the ray. What is below a super-node is to be looked at next, at the next level.
+    #[inline(always)]
+    fn ask<S: Simd>(
+        &mut self,
+        simd: S,
+        inquiry: &mut Inquiry<'_>,
+        lane: usize,
+        level: u32,
+        at: usize,
+    ) -> Option<Child> {
+        let compiled = inquiry.compiled;
+        let narrow = &self.levels[level as usize];
+        let item = &compiled.items[at];
+        let place = Place::new(narrow.way, at);
+        match item.content {
+            Content::Super(number) => {
+                let below = &compiled.supers[number as usize];
+                let ray = transform(&narrow.ray, &item.item_from_super);
+                let root = below.root?;
+                self.levels.push(Narrow::new(ray, below, inquiry.hits.enter(place))?);
+                return Some(root);
+            }
+            Content::Solid(solid) => inquiry.ask_solid(simd, lane, &narrow.ray, solid, place),
+            Content::Shape(shape) => {
+                inquiry.work.primitives += 1;
+                let ray = transform(&narrow.ray, &item.item_from_super);
+                if let Some(t) = first(&shapes::extents(&compiled.shapes[shape as usize], &ray)) {
+                    inquiry.answer(lane, t, place, || narrow.ray);
                 }
-                Content::Shape(shape) => {
-                    inquiry.work.primitives += 1;
-                    first(&shapes::extents(&compiled.shapes[shape as usize], &into_item()))
-                }
-            };
-            if let Some(t) = hit {
-                inquiry.answer(lane, t, place, || narrow.ray);
             }
         }
+        None
     }
 
     /// A ray at the root.
@@ -134,20 +149,39 @@ pub(super) fn met<S: Simd>(simd: S, node: &Node, line: &Line, start: f32, end: f
     (*near, met)
 }
 
-/// Puts children on the stack, the nearest last.
+/// The nearest of the children that are met. Puts the others on the stack, the nearer ones last.
 #[inline(always)]
-pub(super) fn push(stack: &mut Vec<Open>, node: &Node, near: [f32; WIDTH], mut met: u32, level: u32) {
+pub(super) fn nearest(
+    stack: &mut Vec<Open>,
+    node: &Node,
+    near: [f32; WIDTH],
+    mut met: u32,
+    level: u32,
+) -> Option<Open> {
     let first = stack.len();
+    let mut nearest: Option<Open> = None;
     while met != 0 {
         let slot = met.trailing_zeros() as usize % WIDTH;
         met &= met - 1;
         let open = Open { near: near[slot], child: node.children[slot], level };
-        stack.push(open);
+        let farther = match nearest {
+            Some(nearest) if nearest.near <= open.near => open,
+            Some(before) => {
+                nearest = Some(open);
+                before
+            }
+            None => {
+                nearest = Some(open);
+                continue;
+            }
+        };
+        stack.push(farther);
         let mut at = stack.len() - 1;
-        while at > first && stack[at - 1].near < open.near {
+        while at > first && stack[at - 1].near < farther.near {
             stack[at] = stack[at - 1];
             at -= 1;
         }
-        stack[at] = open;
+        stack[at] = farther;
     }
+    nearest
 }

@@ -28,7 +28,7 @@ use super::compile::{Compiled, Content, Solid};
 use super::frame::Narrow;
 use super::hits::{Hits, Place};
 use super::lanes::transform;
-use super::single::{Open, met, push};
+use super::single::{Open, met, nearest};
 use super::tree::{Child, WIDTH};
 use crate::Ray;
 use crate::shapes::{self, Extents};
@@ -401,7 +401,8 @@ impl Solids {
                     let node = &compiled.nodes[node];
                     self.work.boxes += u64::from(node.count);
                     let (near, met) = met(simd, node, &narrow.line, start, end);
-                    push(&mut self.stack, node, near, met, level);
+                    let next = nearest(&mut self.stack, node, near, met, level);
+                    self.stack.extend(next);
                     continue;
                 }
                 Ok(at) => at,
