@@ -11,11 +11,12 @@
 //! is added to each box as [`DRIFT`] times that distance. Rays that miss the ball are turned away.
 
 use super::compile::SuperNode;
+use super::hits::START;
 use super::lanes::{HALF, LANES, Lanes, Mask, Rays};
 use super::shapes::bits;
 use crate::Ray;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, SimdNarrow, f32x16, f64x8, mask32x16};
-use glam::Vec3A;
+use glam::{DVec3, Vec3A};
 
 /// How far off a ray may be, relative to the way it came: 64 transformations with an error of 2⁻⁵² each.
 pub(super) const DRIFT: f64 = 1.0 / (1_u64 << 46) as f64;
@@ -40,7 +41,9 @@ pub(super) struct Line {
 pub(super) struct Narrow {
     pub(super) ray: Ray,
     base: f64,
+    /// The t that one s is, and the s that one t is: powers of two.
     rate: f64,
+    by_rate: f64,
     pub(super) line: Line,
     /// The s of t = 0.
     pub(super) start: f32,
@@ -53,6 +56,7 @@ pub(super) struct NarrowRays {
     pub(super) rays: Rays,
     base: Lanes,
     rate: f64,
+    by_rate: f64,
     pub(super) inverse: [Floats; 3],
     pub(super) near_offset: [Floats; 3],
     pub(super) far_offset: [Floats; 3],
@@ -105,6 +109,16 @@ impl Line {
 }
 
 impl Narrow {
+    pub(super) const EMPTY: Self = Self {
+        ray: Ray { origin: DVec3::ZERO, direction: DVec3::ZERO },
+        base: 0.0,
+        rate: 1.0,
+        by_rate: 1.0,
+        line: Line { inverse: Vec3A::ZERO, near_offset: Vec3A::ZERO, far_offset: Vec3A::ZERO },
+        start: 0.0,
+        way: START,
+    };
+
     /// The ray in the frame of a super-node, unless it misses its ball.
     #[inline(always)]
     pub(super) fn new(ray: Ray, ball: &SuperNode, way: u32) -> Option<Self> {
@@ -122,14 +136,13 @@ impl Narrow {
         let direction = (ray.direction * (rate * ball.to_unit)).as_vec3a();
         let line = Line::new(origin, direction, Vec3A::splat(narrow(drift * ball.to_unit)));
         let start = narrow(-base * by_rate);
-        Some(Self { ray, base, rate, line, start: start - start.abs() * FUDGE, way })
+        Some(Self { ray, base, rate, by_rate, line, start: start - start.abs() * FUDGE, way })
     }
 
     /// The ray for a super-node of one item, which has no boxes to test.
     #[inline(always)]
     pub(super) fn alone(ray: Ray, way: u32) -> Self {
-        let line = Line { inverse: Vec3A::ZERO, near_offset: Vec3A::ZERO, far_offset: Vec3A::ZERO };
-        Self { ray, base: 0.0, rate: 1.0, line, start: 0.0, way }
+        Self { ray, way, ..Self::EMPTY }
     }
 
     /// The s of a t, not before it.
@@ -155,7 +168,7 @@ impl Narrow {
     /// Finite, also for a ray that has ended.
     #[inline(always)]
     fn s(&self, t: f64) -> f32 {
-        narrow((t - self.base) * (1.0 / self.rate)).clamp(f32::MIN, f32::MAX)
+        narrow((t - self.base) * self.by_rate).clamp(f32::MIN, f32::MAX)
     }
 }
 
@@ -164,6 +177,7 @@ impl NarrowRays {
         rays: Rays::ZERO,
         base: Lanes::ZERO,
         rate: 1.0,
+        by_rate: 1.0,
         inverse: [Floats::ZERO; 3],
         near_offset: [Floats::ZERO; 3],
         far_offset: [Floats::ZERO; 3],
@@ -180,7 +194,7 @@ impl NarrowRays {
         let lead = middle(lanes);
         let by_squared_length = 1.0 / self.rays.get(lead).direction.length_squared();
         let [rate, by_rate] = power_below_root(ball.radius * ball.radius * by_squared_length);
-        self.rate = rate;
+        (self.rate, self.by_rate) = (rate, by_rate);
         let to_unit = ball.to_unit;
         let mut met = 0;
         let mut origins = [[f64x8::splat(simd, 0.0); 2]; 3];
@@ -231,9 +245,9 @@ impl NarrowRays {
     /// The s of each ray's t, not before it.
     #[inline(always)]
     pub(super) fn set_end<S: Simd>(&mut self, simd: S, t: &Lanes) {
-        let from_rate = 1.0 / self.rate;
-        let low = (t.half(simd, 0) - self.base.half(simd, 0)) * from_rate;
-        let high = (t.half(simd, 1) - self.base.half(simd, 1)) * from_rate;
+        let by_rate = self.by_rate;
+        let low = (t.half(simd, 0) - self.base.half(simd, 0)) * by_rate;
+        let high = (t.half(simd, 1) - self.base.half(simd, 1)) * by_rate;
         // Finite, so that what is met nowhere, at infinity, is behind the end of every ray, and a ray that has ended
         // meets nothing.
         let s = low.narrow(high).max(f32x16::splat(simd, f32::MIN));
@@ -248,6 +262,7 @@ impl NarrowRays {
             ray: self.rays.get(lane),
             base: self.base.0[lane],
             rate: self.rate,
+            by_rate: self.by_rate,
             line: Line {
                 inverse: pick(&self.inverse),
                 near_offset: pick(&self.near_offset),

@@ -19,7 +19,7 @@ pub(super) struct Hits {
     pub(super) t: Lanes,
     /// The item that is hit, and the way to it.
     found: [Option<Place>; LANES],
-    /// The way on which each ray was when it last hit something, and the ray there.
+    /// Each ray as it was when it last hit something, and the way it was on.
     seen: [(u32, Ray); LANES],
     /// Ways, each as the one that it goes on from and the item that it enters.
     ways: Vec<(u32, u32)>,
@@ -69,16 +69,16 @@ impl Hits {
         u32::try_from(self.ways.len() - 1).expect("2³² super-nodes on the way of one packet outgrow memory")
     }
 
-    /// Takes a hit of a ray, which is in the frame of the super-node, if it is before the one that is known, or at the same
-    /// t and left of it in the graph.
+    /// Takes a hit if it is before the one that is known, or at the same t and left of it in the graph. `seen` gives the way
+    /// that the ray is on, and the ray there.
     #[inline(always)]
     #[expect(clippy::float_cmp, reason = "what differs by an ulp is not at the same t")]
-    pub(super) fn offer(&mut self, lane: usize, t: f64, place: Place, ray: impl FnOnce() -> Ray) {
+    pub(super) fn offer(&mut self, lane: usize, t: f64, place: Place, seen: impl FnOnce() -> (u32, Ray)) {
         let best = self.t.0[lane];
         if t < best || t == best && self.is_left(place, self.found[lane]) {
             self.t.0[lane] = t;
             self.found[lane] = Some(place);
-            self.seen[lane] = (place.way, ray());
+            self.seen[lane] = seen();
             self.changes += 1;
         }
     }
@@ -95,7 +95,7 @@ impl Hits {
         self.found[lane]
     }
 
-    /// The ray of a lane in the super-node of a place, if it is where the ray last hit something.
+    /// The ray of a lane in the super-node of a place, if the ray was there when it last hit something.
     #[inline(always)]
     pub(super) fn ray_at(&self, lane: usize, place: Place) -> Option<&Ray> {
         let (way, ray) = &self.seen[lane];

@@ -74,11 +74,11 @@ struct Inquiry<'t> {
 }
 
 impl Inquiry<'_> {
-    /// Notes that a ray, in the frame of a super-node, meets one of its items at t.
+    /// Notes that a ray meets an item at t. `seen` gives the way that it is on, and the ray there.
     #[inline(always)]
-    fn answer(&mut self, lane: usize, t: f64, place: Place, ray: impl FnOnce() -> Ray) {
+    fn answer(&mut self, lane: usize, t: f64, place: Place, seen: impl FnOnce() -> (u32, Ray)) {
         match self.ask {
-            Ask::Nearest => self.hits.offer(lane, t, place, ray),
+            Ask::Nearest => self.hits.offer(lane, t, place, seen),
             Ask::Any if t < self.hits.t.0[lane] => self.hits.stop(lane, place),
             Ask::Any => {}
         }
@@ -90,8 +90,8 @@ impl Inquiry<'_> {
         let end = self.hits.t.0[lane];
         let inside = transform(ray, &self.compiled.items[place.item as usize].item_from_super);
         let first = self.solids.first(simd, self.compiled, self.hits, (solid, place), &inside, end);
-        if let Some((t, place)) = first {
-            self.answer(lane, t, place, || *ray);
+        if let Some((t, face)) = first {
+            self.answer(lane, t, face, || (place.way, *ray));
         }
     }
 }
@@ -299,6 +299,7 @@ mod tests {
     use csg_graph::{Expr, GraphBuilder, PrimitiveKind, TransformKind};
     use csg_graph_bounds::{Limits, exact};
     use fearless_simd::Simd;
+    use glam::DVec3;
 
     use super::*;
 

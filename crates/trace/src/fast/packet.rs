@@ -18,7 +18,7 @@ use super::single::{self, Single};
 use super::tree::{Child, Node, WIDTH};
 
 /// With fewer rays than this, each goes on alone.
-const FEW: u32 = 3;
+const FEW: u32 = 4;
 
 /// The rays of one sign of direction that meet a box.
 #[derive(Clone, Copy, Debug)]
@@ -127,7 +127,9 @@ impl Packet {
                         let before = bits(first.simd_le(inquiry.hits.t.half(simd, half)));
                         met |= (valid & before) << (half * HALF);
                     }
-                    each(met & lanes, |lane| inquiry.answer(lane, t.0[lane], place, || rays.rays.get(lane)));
+                    each(met & lanes, |lane| {
+                        inquiry.answer(lane, t.0[lane], place, || (rays.way, rays.rays.get(lane)))
+                    });
                 }
             }
         }

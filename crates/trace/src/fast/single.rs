@@ -40,16 +40,14 @@ impl Single {
         (narrow, child): (Narrow, Child),
     ) {
         let compiled = inquiry.compiled;
-        self.levels.clear();
         self.stack.clear();
-        self.levels.push(narrow);
+        self.set_level(0, narrow);
         let (mut level, mut changes) = (0, inquiry.hits.changes);
         let mut end = narrow.end(inquiry.hits.t.0[lane]);
         let mut open = Open { near: f32::NEG_INFINITY, child, level };
         loop {
             if open.level != level || inquiry.hits.changes != changes {
                 (level, changes) = (open.level, inquiry.hits.changes);
-                self.levels.truncate(level as usize + 1);
                 end = self.levels[level as usize].end(inquiry.hits.t.0[lane]);
             }
             if open.near <= end {
@@ -95,7 +93,8 @@ impl Single {
                 let below = &compiled.supers[number as usize];
                 let ray = transform(&narrow.ray, &item.item_from_super);
                 let root = below.root?;
-                self.levels.push(Narrow::new(ray, below, inquiry.hits.enter(place))?);
+                let narrow = Narrow::new(ray, below, inquiry.hits.enter(place))?;
+                self.set_level(level as usize + 1, narrow);
                 return Some(root);
             }
             Content::Solid(solid) => inquiry.ask_solid(simd, lane, &narrow.ray, solid, place),
@@ -103,11 +102,20 @@ impl Single {
                 inquiry.work.primitives += 1;
                 let ray = transform(&narrow.ray, &item.item_from_super);
                 if let Some(t) = first(&shapes::extents(&compiled.shapes[shape as usize], &ray)) {
-                    inquiry.answer(lane, t, place, || narrow.ray);
+                    inquiry.answer(lane, t, place, || (narrow.way, narrow.ray));
                 }
             }
         }
         None
+    }
+
+    /// Replaces what was at a level. Written in place: copying what has just been written is slow.
+    #[inline(always)]
+    fn set_level(&mut self, level: usize, narrow: Narrow) {
+        if self.levels.len() == level {
+            self.levels.push(Narrow::EMPTY);
+        }
+        self.levels[level] = narrow;
     }
 
     /// A ray at the root.
