@@ -10,7 +10,7 @@ use csg_graph_trace::{
 };
 use glam::DVec3;
 
-const SETTINGS: Settings = Settings { width: 64, height: 48, samples: 1, view: View::Shaded };
+const SETTINGS: Settings = Settings { width: 64, height: 48, samples: 1, noise: None, view: View::Shaded };
 
 /// A tower of `levels` bitten cubes, each turned and 0.7 times as large as the one below.
 fn tower(levels: f64) -> Graph {

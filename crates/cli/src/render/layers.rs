@@ -24,7 +24,12 @@ const SOFTWARE: &str = concat!("pcsg ", env!("CARGO_PKG_VERSION"));
 ///
 /// # Errors
 /// If the picture is larger than the format allows.
-pub(super) fn encode(film: &Film, probes: &[Probe], loaded: &Loaded) -> Result<Vec<u8>, Error> {
+pub(super) fn encode(
+    film: &Film,
+    samples: Vec<u32>,
+    probes: &[Probe],
+    loaded: &Loaded,
+) -> Result<Vec<u8>, Error> {
     let colours = film.pixels();
     let colour = |index: usize| floats(colours.iter().map(move |colour| colour[index]));
     let normal = |index: usize| floats(probes.iter().map(move |probe| probe.normal[index]));
@@ -52,6 +57,7 @@ pub(super) fn encode(film: &Film, probes: &[Probe], loaded: &Loaded) -> Result<V
         layer("position", vec![("X", position(0)), ("Y", position(1)), ("Z", position(2))]),
         layer("recursion", vec![("depth", counts(probes.iter().map(|probe| probe.recursion)))]),
         layer("node", vec![("id", counts(probes.iter().map(node)))]),
+        layer("samples", vec![("count", FlatSamples::U32(samples))]),
         layer("box_tests", vec![("count", counts(probes.iter().map(|probe| probe.box_tests)))]),
     ];
     let attributes = ImageAttributes::with_size(size);
