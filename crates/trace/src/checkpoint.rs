@@ -59,7 +59,7 @@ impl LatentImage {
             }
             let exposure = &exposed.exposure;
             let extremes = [exposure.extremes.least, exposure.extremes.greatest];
-            let of_light = exposure.light.iter().chain(&exposure.squares).flat_map(DVec3::as_ref);
+            let of_light = exposure.light.iter().chain(&exposure.halves).flat_map(DVec3::as_ref);
             for number in extremes.iter().chain(exposure.gauges.iter().flatten()).chain(of_light) {
                 to.write_all(&number.to_le_bytes())?;
             }
@@ -97,7 +97,7 @@ impl LatentImage {
             }
             let exposure = &mut exposed.exposure;
             let extremes = [&mut exposure.extremes.least, &mut exposure.extremes.greatest];
-            let of_light = exposure.light.iter_mut().chain(&mut exposure.squares).flat_map(DVec3::as_mut);
+            let of_light = exposure.light.iter_mut().chain(&mut exposure.halves).flat_map(DVec3::as_mut);
             for number in extremes.into_iter().chain(exposure.gauges.iter_mut().flatten()).chain(of_light) {
                 *number = f64::from_le_bytes(bytes(from)?);
             }

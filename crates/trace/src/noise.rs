@@ -1,10 +1,13 @@
 //! When a part of the picture has samples enough: its noise is estimated, by what its samples say and by its neighbours.
 //!
 //! The estimate is on the scale of a screen, in its 255 steps from black to white, because that is where noise is seen: in
-//! the dark a little light is a step, in the bright it takes much more. A pixel is in doubt for one of two reasons:
+//! the dark a little light is a step, in the bright it takes much more. A pixel is in doubt for one of these reasons:
 //!
-//! - Its samples *spread*: twice the standard error of their mean. For samples at even places, which ours are, that is more
-//!   than the error; for what is random in them, the mean is closer in nineteen cases of twenty.
+//! - Its *halves* differ, the samples with even numbers and those with odd ones: half the difference is an estimate of how
+//!   far the mean of all is off \[DAMM10\]. Of what is random in the samples it is the standard error; of an edge, which
+//!   places as even as ours find quickly, it tells how quickly.
+//! - It would have been in doubt for its neighbours: one such estimate is small by chance easily, so twice the root of their
+//!   mean square counts, of a pixel and those around it.
 //! - It is beside something else, and its samples may have missed that. By Laplace's rule of succession, what none of n
 //!   samples has seen is expected to cover 1/(n + 2) of the pixel: so much of the *contrast* to its neighbours.
 //!
@@ -12,8 +15,8 @@
 //! that a few samples have missed is found from the side where others have met it, and all that was stopped can start again.
 //!
 //! Who stops by what is seen favours what is seen first: the mean of the samples that decided is no longer free of bias
-//! \[KIRK91\]. No pixel is judged before it has [`FEWEST`] samples, it is judged a few times only, and never alone, as in
-//! \[DAMM10\]; what bias is left is of the size of the noise that was allowed.
+//! \[KIRK91\]. No pixel is judged before it has [`FEWEST`] samples, it is judged a few times only, and never alone, and
+//! what bias is left is of the size of the noise that was allowed.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -37,7 +40,8 @@ pub(crate) struct Errors {
 struct Sight {
     /// What a screen shows.
     shown: [f32; 3],
-    spread: f32,
+    /// How far that is off, as far as its halves tell.
+    error: f32,
     samples: u32,
 }
 
@@ -56,9 +60,14 @@ impl Errors {
             let sights = &sights;
             (0..width).map(move |x| {
                 let own = sights[y * width + x];
-                let around = around([x, y], [1, 1], [width, height]);
-                let contrast = around.map(|index| own.contrast(&sights[index])).fold(0.0, f32::max);
-                own.spread.max(contrast / (own.samples as f32 + 2.0))
+                let (mut contrast, mut squares, mut count) = (0.0_f32, 0.0, 0.0);
+                for other in around([x, y], [1, 1], [width, height]).map(|index| &sights[index]) {
+                    contrast = contrast.max(own.contrast(other));
+                    squares += other.error * other.error;
+                    count += 1.0;
+                }
+                let missed = contrast / (own.samples as f32 + 2.0);
+                own.error.max(2.0 * (squares / count).sqrt()).max(missed)
             })
         };
         Self { width, height, of_pixels: (0..height).into_par_iter().flat_map_iter(of_row).collect() }
@@ -86,21 +95,14 @@ fn around(
 impl Sight {
     fn of_tile(exposed: &Exposed, image: &LatentImage, index: u32) -> Vec<Self> {
         let tile = image.tiles.tile(index);
-        let mut sights = vec![Self { shown: [0.0; 3], spread: 0.0, samples: 0 }; tile.pixel_count()];
+        let mut sights = vec![Self { shown: [0.0; 3], error: 0.0, samples: 0 }; tile.pixel_count()];
         for Pixel { place, samples, .. } in exposed.pixels(&tile) {
-            let n = f64::from(samples);
-            let mean = exposed.exposure.light[place] / n;
-            let variance = (exposed.exposure.squares[place] / n - mean * mean).max(DVec3::ZERO);
-            // Of the mean, with Bessel's correction.
-            let standard_error = (variance / (n - 1.0).max(1.0)).map(f64::sqrt);
-            let shown = mean.map(steps);
-            let spread = if standard_error == DVec3::ZERO {
-                0.0
-            } else {
-                // The curve is steeper below the mean than above it.
-                (shown - (mean - standard_error * 2.0).map(steps)).max_element()
-            };
-            sights[place] = Self { shown: shown.as_vec3().to_array(), spread: narrow(spread), samples };
+            let (light, even) = (exposed.exposure.light[place], exposed.exposure.halves[place]);
+            let mean = |light: DVec3, samples: u32| (light / f64::from(samples)).map(steps);
+            let shown = mean(light, samples);
+            let [even, odd] = [mean(even, samples.div_ceil(2)), mean(light - even, (samples / 2).max(1))];
+            let error = ((even - odd) * 0.5).abs().max_element();
+            sights[place] = Self { shown: shown.as_vec3().to_array(), error: narrow(error), samples };
         }
         sights
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use csg_graph::EvalError;
+use csg_graph::{EvalError, StatesError};
 use glam::{DVec2, DVec3};
 
 use crate::camera::{CameraError, Lens};
@@ -114,6 +114,9 @@ pub enum RenderError {
     /// The graph cannot be evaluated where a ray came to.
     #[error(transparent)]
     Eval(#[from] EvalError),
+    /// The graph has no list of states, and what is asked for needs their numbers.
+    #[error(transparent)]
+    States(#[from] StatesError),
 }
 
 /// Makes the picture, on the threads of the rayon pool that it is called in.
@@ -219,10 +222,10 @@ impl<'a> Painter<'a> {
             for (lane, (pixel, hit)) in pixels.iter().zip(hits.iter()).enumerate() {
                 let place = place(*pixel);
                 match (view, hit) {
-                    (View::Shaded | View::Plate, Some(_)) => exposure.colour(place, colours[lane]),
-                    (View::Shaded, None) => exposure.colour(place, self.world.background),
+                    (View::Shaded | View::Plate, Some(_)) => exposure.colour(place, number, colours[lane]),
+                    (View::Shaded, None) => exposure.colour(place, number, self.world.background),
                     (View::Plate, None) => exposure.missed(place, missed),
-                    (View::Normal, Some(hit)) => exposure.normal(place, hit.normal),
+                    (View::Normal, Some(hit)) => exposure.normal(place, number, hit.normal),
                     (View::Depth, Some(hit)) => exposure.depth(place, hit.t),
                     (View::Normal | View::Depth, None) | (View::Cost, _) => {}
                 }

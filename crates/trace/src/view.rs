@@ -40,30 +40,32 @@ pub(crate) struct Exposure {
     /// What is relative to an extreme, in other views: for the plate, the levels that are odd and those that are even;
     /// for the depth view, the depths of hits and their number; for the cost view, the tests.
     pub(crate) gauges: Vec<[f64; 2]>,
-    /// The squares of what was added to the light, if anyone wants to know how it spreads.
-    pub(crate) squares: Vec<DVec3>,
+    /// What every other sample added to the light, if anyone wants to know how far both halves differ.
+    pub(crate) halves: Vec<DVec3>,
     pub(crate) extremes: Extremes,
 }
 
 impl Exposure {
     /// Nothing yet.
-    pub(crate) fn new(view: View, pixels: usize, spreads: bool) -> Self {
+    pub(crate) fn new(view: View, pixels: usize, is_judged: bool) -> Self {
         let if_needed = |needed: bool| if needed { pixels } else { 0 };
         let has_light = matches!(view, View::Shaded | View::Plate | View::Normal);
         let has_gauges = matches!(view, View::Plate | View::Depth | View::Cost);
         Self {
             light: vec![DVec3::ZERO; if_needed(has_light)],
             gauges: vec![[0.0; 2]; if_needed(has_gauges)],
-            squares: vec![DVec3::ZERO; if_needed(has_light && spreads)],
+            halves: vec![DVec3::ZERO; if_needed(has_light && is_judged)],
             extremes: Extremes::NONE,
         }
     }
 
-    /// A sample that has a colour of its own.
-    pub(crate) fn colour(&mut self, place: usize, light: DVec3) {
+    /// A sample that has a colour of its own, and the number of the sample.
+    pub(crate) fn colour(&mut self, place: usize, number: u32, light: DVec3) {
         self.light[place] += light;
-        if let Some(squares) = self.squares.get_mut(place) {
-            *squares += light * light;
+        if let Some(half) = self.halves.get_mut(place)
+            && number.is_multiple_of(2)
+        {
+            *half += light;
         }
     }
 
@@ -76,8 +78,8 @@ impl Exposure {
     }
 
     /// A sample of the normal view.
-    pub(crate) fn normal(&mut self, place: usize, normal: DVec3) {
-        self.colour(place, (normal * 0.5 + 0.5).map(srgb::decode));
+    pub(crate) fn normal(&mut self, place: usize, number: u32, normal: DVec3) {
+        self.colour(place, number, (normal * 0.5 + 0.5).map(srgb::decode));
     }
 
     /// A sample of the depth view that is a hit.

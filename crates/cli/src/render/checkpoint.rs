@@ -143,7 +143,7 @@ impl Checkpoint {
                 if name == SCENE {
                     "the scene has changed since".to_owned()
                 } else {
-                    format!("its {name} is {other} and not {own}")
+                    format!("{name} was {other} and is {own}")
                 }
             })
             .collect()

@@ -1,7 +1,7 @@
 //! OpenEXR files: the colours in linear light, and in further layers what the primary rays meet.
 //!
 //! The first layer is the picture, for programs that read no other. Numbers are stored as they are computed: colours beyond
-//! what a screen shows, depths in units of the scene, nodes by the numbers that `pcsg graph` shows.
+//! what a screen shows, depths in units of the scene, nodes by the numbers that `pcsg graph` shows, states by those of `pcsg bounds --states`.
 
 use std::io::Cursor;
 
@@ -14,8 +14,8 @@ use exr::meta::header::{ImageAttributes, LayerAttributes};
 
 use crate::load::Loaded;
 
-/// What stands for no node.
-const NO_NODE: u32 = u32::MAX;
+/// What stands for no node and no state.
+const NOTHING: u32 = u32::MAX;
 
 /// What made the file.
 const SOFTWARE: &str = concat!("pcsg ", env!("CARGO_PKG_VERSION"));
@@ -35,7 +35,7 @@ pub(super) fn encode(
     let normal = |index: usize| floats(probes.iter().map(move |probe| probe.normal[index]));
     let position = |index: usize| floats(probes.iter().map(move |probe| probe.position[index]));
     let node =
-        |probe: &Probe| probe.node.and_then(|node| u32::try_from(node.index()).ok()).unwrap_or(NO_NODE);
+        |probe: &Probe| probe.node.and_then(|node| u32::try_from(node.index()).ok()).unwrap_or(NOTHING);
     let size = (film.width() as usize, film.height() as usize);
     let mut said = vec![("scene", loaded.file_name())];
     if !loaded.set.is_empty() {
@@ -57,6 +57,7 @@ pub(super) fn encode(
         layer("position", vec![("X", position(0)), ("Y", position(1)), ("Z", position(2))]),
         layer("recursion", vec![("depth", counts(probes.iter().map(|probe| probe.recursion)))]),
         layer("node", vec![("id", counts(probes.iter().map(node)))]),
+        layer("state", vec![("id", counts(probes.iter().map(|probe| probe.state.unwrap_or(NOTHING))))]),
         layer("samples", vec![("count", FlatSamples::U32(samples))]),
         layer("box_tests", vec![("count", counts(probes.iter().map(|probe| probe.box_tests)))]),
     ];

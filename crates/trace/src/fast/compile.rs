@@ -68,6 +68,8 @@ pub(super) struct Item {
     pub(super) node: NodeId,
     /// S-nodes between.
     pub(super) depth: u32,
+    /// The state of the last of these, by its place among all states.
+    pub(super) symbol: Option<u32>,
     /// An index into the paints.
     pub(super) paint: Option<u32>,
 }
@@ -147,6 +149,8 @@ pub(crate) struct Place {
     pub(crate) target_from_above: DAffine3,
     /// S-nodes between.
     pub(crate) depth: u32,
+    /// The state of the last of these, by its place among all states.
+    pub(crate) symbol: Option<u32>,
     pub(crate) paint: Vec<(AttributeTerm, f64)>,
 }
 
@@ -222,6 +226,7 @@ impl<'a> States<'a> {
             state = match self.graph.step(&state)? {
                 Step::Select(below) => {
                     place.depth += 1;
+                    place.symbol = self.boxes.index_of(&state).map(index);
                     below
                 }
                 Step::Calculate(below) => below,
@@ -328,6 +333,7 @@ impl Place {
         above_from_target: DAffine3::IDENTITY,
         target_from_above: DAffine3::IDENTITY,
         depth: 0,
+        symbol: None,
         paint: Vec::new(),
     };
 
@@ -338,6 +344,7 @@ impl Place {
             above_from_target: self.above_from_target * below.above_from_target,
             target_from_above: below.target_from_above * self.target_from_above,
             depth: self.depth + below.depth,
+            symbol: below.symbol.or(self.symbol),
             paint: self.paint.iter().chain(&below.paint).copied().collect(),
         }
     }
@@ -447,8 +454,9 @@ impl Lists {
                         index(compiled.paints.len() - 1)
                     })
                 });
-                let (item_from_super, depth) = (place.target_from_above, place.depth);
-                compiled.items.push(Item { item_from_super, content, node: state.node(), depth, paint });
+                let Place { target_from_above: item_from_super, depth, symbol, .. } = place;
+                let node = state.node();
+                compiled.items.push(Item { item_from_super, content, node, depth, symbol, paint });
             }
             compiled.supers.push(super_node(&mut boxes, first, &mut compiled.nodes));
         }

@@ -272,6 +272,12 @@ impl Tracer<'_> {
         Some(Hit { t, point: world_ray.at(t), normal, surface, node: item.node, depth })
     }
 
+    /// The state of the last S-node on the way to what the last ray has hit, by its place among all states.
+    pub(crate) fn last_symbol(&self) -> Option<u32> {
+        let items = &self.scene.compiled.items;
+        self.items.iter().rev().find_map(|item| items[*item as usize].symbol)
+    }
+
     /// What was counted since the tracer was made or its counters were taken.
     pub fn counters(&self) -> &Counters {
         &self.counters
