@@ -35,13 +35,14 @@ Examples:
   pcsg render tree.pcsg                        a picture: tree.png
   pcsg render tree.pcsg --set cnt=5 -o 5.png   the same with another parameter
   pcsg render tree.pcsg -o tree.exr            colours beyond a screen's, with depth, normals, and more in layers
+  pcsg render tree.pcsg --samples 1000         a long one: Ctrl-C keeps what there is, --resume goes on from it
   pcsg check tree.pcsg                         mistakes, or how large the thing is
   pcsg bounds tree.pcsg                        the bounding boxes of all nodes
   pcsg bounds tree.pcsg --compare              all methods and volumes side by side
   pcsg bench tree.pcsg                         how fast it is traced
   pcsg graph tree.pcsg | dot -Tsvg > tree.svg  the graph as a drawing
 
-A mistake in a file ends with exit code 1, a mistake in the command line with 2.";
+A mistake in a file ends with exit code 1, a mistake in the command line with 2, an interrupted render with 130.";
 
 /// The commands.
 #[derive(Debug, Subcommand)]
@@ -125,9 +126,9 @@ pub struct RenderArgs {
     pub samples: Option<u32>,
     /// Stop where the picture is known to within so many of the 255 steps from black to white
     ///
-    /// A square of 4 by 4 pixels has enough samples, from 16 on, when twice the standard error of its pixels is below this,
-    /// and what they may have missed of their neighbours is. What is smooth has few samples then, edges and what is random
-    /// have many, up to --samples. 2 can hardly be seen. For the views shaded and normal.
+    /// A square of 4 by 4 pixels has enough samples, from 16 on, when the estimated errors of its pixels and of those
+    /// around it are below this. What is smooth has few samples then, edges and what is random have many, up to --samples.
+    /// 2 can hardly be seen. For the views shaded and normal.
     #[arg(long, value_name = "STEPS", allow_hyphen_values = true, value_parser = steps)]
     pub noise: Option<f64>,
     /// Go on from where an interrupted render of the same picture was, if there is any

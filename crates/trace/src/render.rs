@@ -48,9 +48,10 @@ pub struct Settings {
     pub height: u32,
     /// Rays through each pixel. One goes through its centre; more are spread over it and averaged.
     pub samples: u32,
-    /// A pixel may do with fewer samples, once its colour is known to within this many of the 255 steps that a screen has
-    /// from black to white, as far as can be told: see [`LatentImage::expose`]. For the views that are colours of their
-    /// own, shaded and normal. Without it all pixels have all samples.
+    /// Squares of 4 by 4 pixels may do with fewer samples, from [`FEWEST_SAMPLES`](crate::FEWEST_SAMPLES) on, once their
+    /// colours are known to within this many of the 255 steps that a screen has from black to white, as far as their
+    /// samples and those of their neighbours tell. For the views that are colours of their own, shaded and normal. Without
+    /// it, all pixels have all samples.
     pub noise: Option<f64>,
     /// What it shows.
     pub view: View,

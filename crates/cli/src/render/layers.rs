@@ -3,6 +3,7 @@
 //! The first layer is the picture, for programs that read no other. Numbers are stored as they are computed: colours beyond
 //! what a screen shows, depths in units of the scene, nodes by the numbers that `pcsg graph` shows, states by those of `pcsg bounds --states`.
 
+use std::collections::HashMap;
 use std::io::Cursor;
 
 use csg_graph_trace::{Film, Probe};
@@ -37,15 +38,11 @@ pub(super) fn encode(
     let node =
         |probe: &Probe| probe.node.and_then(|node| u32::try_from(node.index()).ok()).unwrap_or(NOTHING);
     let size = (film.width() as usize, film.height() as usize);
-    let mut said = vec![("scene", loaded.file_name())];
-    if !loaded.set.is_empty() {
-        said.push(("parameters", loaded.set.join("; ")));
-    }
     let layer = |name: &str, channels: Vec<(&str, FlatSamples)>| {
         let mut attributes = LayerAttributes::named(text(name));
         attributes.software_name = Some(text(SOFTWARE));
-        for (name, value) in &said {
-            attributes.other.insert(text(name), AttributeValue::Text(text(value)));
+        if !loaded.set.is_empty() {
+            say(&mut attributes.other, "parameters", &loaded.set.join("; "));
         }
         let channels = channels.into_iter().map(|(name, samples)| AnyChannel::new(text(name), samples));
         Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels.collect()))
@@ -61,10 +58,16 @@ pub(super) fn encode(
         layer("samples", vec![("count", FlatSamples::U32(samples))]),
         layer("box_tests", vec![("count", counts(probes.iter().map(|probe| probe.box_tests)))]),
     ];
-    let attributes = ImageAttributes::with_size(size);
+    let mut attributes = ImageAttributes::with_size(size);
+    // Of two attributes in one map, either is written first. Those that all layers share are in a map of their own.
+    say(&mut attributes.other, "scene", &loaded.file_name());
     let mut bytes = Cursor::new(Vec::new());
     Image::from_layers(attributes, layers).write().to_buffered(&mut bytes)?;
     Ok(bytes.into_inner())
+}
+
+fn say(attributes: &mut HashMap<Text, AttributeValue>, name: &str, value: &str) {
+    attributes.insert(text(name), AttributeValue::Text(text(value)));
 }
 
 fn floats(values: impl Iterator<Item = f32>) -> FlatSamples {
