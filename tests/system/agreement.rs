@@ -1,7 +1,7 @@
 //! What must not change a picture, and what boxes are for.
 
 use csg_graph_bounds::{HyperBoxes, chain, conventional, exact};
-use csg_graph_trace::{Accelerated, Camera, Counters, Engine, Film, Light, Settings, View, World, render};
+use csg_graph_trace::{Accelerated, Camera, Counters, Engine, Film, Light, Settings, World, render};
 
 use crate::scene;
 use crate::scenes::{corpus, smaller};

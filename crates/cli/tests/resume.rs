@@ -50,19 +50,22 @@ fn interrupt(folder: &Path, args: &[&str]) -> String {
 
 fn files(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("the folder is there");
-    let mut files: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    let name = |entry: std::io::Result<fs::DirEntry>| {
+        entry.expect("it can be read").file_name().to_string_lossy().into_owned()
+    };
+    let mut files: Vec<_> = entries.map(name).collect();
     files.sort();
     files
 }
 
 fn json(path: &Path) -> Value {
-    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+    serde_json::from_slice(&fs::read(path).expect("the file is there")).expect("it is JSON")
 }
 
 /// A copy of the scene, alone in a folder.
 fn folder_with_scene() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    fs::copy(sympodial(), folder.path().join("s.pcsg")).unwrap();
+    fs::copy(sympodial(), folder.path().join("s.pcsg")).expect("the corpus has the scene");
     folder
 }
 
@@ -190,12 +193,13 @@ fn noise_is_the_same_on_any_number_of_threads_and_leaves_its_samples_in_a_layer(
             read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
         let image = image.from_file(path).unwrap();
         let is_meant = |layer: &&Layer<AnyChannels<FlatSamples>>| {
-            layer.attributes.layer_name.as_ref().is_some_and(|found| found.to_string() == name)
+            layer.attributes.layer_name.as_ref().is_some_and(|found| *found == *name)
         };
         let layer = image.layer_data.iter().find(is_meant).unwrap();
-        let samples: Vec<u32> =
-            layer.channel_data.list[0].sample_data.values_as_f32().map(|value| value as u32).collect();
-        samples
+        match &layer.channel_data.list[0].sample_data {
+            FlatSamples::U32(samples) => samples.clone(),
+            other => panic!("{name} has whole numbers, not {other:?}"),
+        }
     };
     let counts = layer("a.exr", "samples");
     assert_eq!(counts.iter().copied().map(u64::from).sum::<u64>(), taken);

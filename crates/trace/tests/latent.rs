@@ -54,26 +54,26 @@ fn on_threads<T: Send>(count: usize, work: impl FnOnce() -> T + Send) -> T {
 /// A picture made in parts, each of which ends when it was asked so many times whether it should. Between them it is a
 /// file.
 fn in_parts(world: &World<'_>, settings: &Settings, patience: u32) -> (LatentImage, u32) {
-    let mut image = LatentImage::new(settings).unwrap();
+    let mut image = LatentImage::new(settings).expect("sound settings");
     let mut parts = 0;
     loop {
         let asked = AtomicU32::new(0);
         let stop = || asked.fetch_add(1, Ordering::Relaxed) >= patience;
-        let is_complete = image.expose(world, &stop, &|_| {}).unwrap();
+        let is_complete = image.expose(world, &stop, &|_| {}).expect("a sound graph");
         parts += 1;
         if is_complete {
             return (image, parts);
         }
         let mut file = Vec::new();
-        image.save(&mut file).unwrap();
-        let loaded = LatentImage::load(settings, &mut file.as_slice()).unwrap();
+        image.save(&mut file).expect("memory takes all");
+        let loaded = LatentImage::load(settings, &mut file.as_slice()).expect("what was saved");
         assert_eq!(loaded, image);
         image = loaded;
     }
 }
 
 fn at_once(world: &World<'_>, settings: &Settings) -> (Film, Counters) {
-    render(world, settings, &|_| {}).unwrap()
+    render(world, settings, &|_| {}).expect("a picture")
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn parts_make_the_same_picture_on_any_number_of_threads() {
 fn what_there_is_so_far_is_a_picture() {
     with_world(true, |world| {
         let mut image = LatentImage::new(&SETTINGS).unwrap();
-        assert!(image.develop().pixels().iter().all(|pixel| *pixel == [0.0; 3]), "black");
+        assert!(image.develop().pixels().iter().all(|pixel| pixel.map(f32::to_bits) == [0; 3]), "black");
         // One pass, in which all squares have their first sample, and some of the next.
         let asked = AtomicU32::new(0);
         let stop = || asked.fetch_add(1, Ordering::Relaxed) >= 120;
