@@ -1,7 +1,7 @@
 //! A picture in the making as bytes: all its sums, so that it goes on as if it had never been stopped.
 //!
 //! Numbers one after the other, little-endian, tile by tile: for each square the samples that it has and those it is to
-//! have, the extremes, and the sums of all pixels. What picture they are of is not among them; whoever keeps them keeps
+//! have, the extremes, and the sums of all pixels, unless there are no samples. What picture they are of is not among them; whoever keeps them keeps
 //! that too.
 
 use std::io::{self, Read, Write};
@@ -86,8 +86,10 @@ impl LatentImage {
             *count = u64::from_le_bytes(bytes(from)?);
         }
         counters.deepest_recursion = u32::from_le_bytes(bytes(from)?);
-        let samples = settings.samples;
-        for exposed in &mut image.exposed {
+        let Settings { samples, view, noise, .. } = *settings;
+        let tiles = image.tiles;
+        for (exposed, tile) in image.exposed.iter_mut().zip((0..tiles.count()).map(|index| tiles.tile(index)))
+        {
             for Square { taken, goal } in &mut exposed.squares {
                 *taken = u32::from_le_bytes(bytes(from)?);
                 *goal = u32::from_le_bytes(bytes(from)?);
@@ -96,6 +98,9 @@ impl LatentImage {
                 }
             }
             let exposure = &mut exposed.exposure;
+            if exposed.squares.iter().any(|square| square.taken > 0) {
+                exposure.make_room(view, tile.pixel_count(), noise.is_some());
+            }
             let extremes = [&mut exposure.extremes.least, &mut exposure.extremes.greatest];
             let of_light = exposure.light.iter_mut().chain(&mut exposure.halves).flat_map(DVec3::as_mut);
             for number in extremes.into_iter().chain(exposure.gauges.iter_mut().flatten()).chain(of_light) {

@@ -129,12 +129,11 @@ impl LatentImage {
     /// If the settings are out of range.
     pub fn new(settings: &Settings) -> Result<Self, RenderError> {
         settings.check()?;
-        let Settings { width, height, view, noise, .. } = *settings;
+        let Settings { width, height, .. } = *settings;
         let tiles = Tiles { width, height };
         let unexposed = |index| {
-            let tile = tiles.tile(index);
-            let exposure = Exposure::new(view, tile.pixel_count(), noise.is_some());
-            Exposed { exposure, squares: vec![Square::default(); tile.squares(SQUARE).count()] }
+            let squares = tiles.tile(index).squares(SQUARE).count();
+            Exposed { exposure: Exposure::NONE, squares: vec![Square::default(); squares] }
         };
         let exposed = (0..tiles.count()).map(unexposed).collect();
         Ok(Self { settings: *settings, tiles, exposed, counters: Counters::default() })
@@ -225,10 +224,10 @@ impl LatentImage {
         let [width, height] = [self.settings.width, self.settings.height].map(|side| side as usize);
         let mut rows = vec![blank; width * height];
         for (tile, exposed) in self.tiles() {
-            for pixel in exposed.pixels(&tile) {
+            exposed.pixels(&tile).for_each(|pixel| {
                 let (x, y) = pixel.at;
                 rows[y as usize * width + x as usize] = of(exposed, pixel);
-            }
+            });
         }
         rows
     }

@@ -154,6 +154,7 @@ pub(crate) fn check_size(width: u32, height: u32) -> Result<(), RenderError> {
 pub(crate) struct Painter<'a> {
     world: &'a World<'a>,
     view: View,
+    is_judged: bool,
     lens: Lens,
     /// Where in a pixel its samples are, in their order.
     places: Vec<DVec2>,
@@ -161,8 +162,9 @@ pub(crate) struct Painter<'a> {
 
 impl<'a> Painter<'a> {
     pub(crate) fn new(world: &'a World<'a>, settings: &Settings) -> Result<Self, CameraError> {
-        let Settings { width, height, samples, view, .. } = *settings;
-        Ok(Self { world, view, lens: world.camera.lens(width, height)?, places: sampling::sequence(samples) })
+        let Settings { width, height, samples, noise, view } = *settings;
+        let (lens, places) = (world.camera.lens(width, height)?, sampling::sequence(samples));
+        Ok(Self { world, view, is_judged: noise.is_some(), lens, places })
     }
 
     /// Brings the squares of a tile to their goals, one after the other, until `stop` says so; gives the number of samples
@@ -178,16 +180,19 @@ impl<'a> Painter<'a> {
         // What a pixel costs, and how deep its ray went, are known of single rays.
         let is_alone = matches!(self.view, View::Cost | View::Plate);
         let side = if is_alone { 1 } else { self.world.engine.side() };
+        let mut pixels = Vec::with_capacity((SQUARE * SQUARE) as usize);
         let mut taken = 0;
-        for (square, pixels) in squares.iter_mut().zip(tile.squares(SQUARE)) {
+        for (square, own) in squares.iter_mut().zip(tile.squares(SQUARE)) {
             if square.taken == square.goal {
                 continue;
             }
             if stop() {
                 break;
             }
+            exposure.make_room(self.view, tile.pixel_count(), self.is_judged);
+            pixels.clear();
+            pixels.extend(own);
             let numbers = square.taken..square.goal;
-            let pixels: Vec<_> = pixels.collect();
             for pixels in pixels.chunks((side * side) as usize) {
                 self.expose(brush, pixels, numbers.clone(), |pixel| tile.place(pixel), exposure)?;
             }

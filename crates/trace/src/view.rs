@@ -46,17 +46,18 @@ pub(crate) struct Exposure {
 }
 
 impl Exposure {
-    /// Nothing yet.
-    pub(crate) fn new(view: View, pixels: usize, is_judged: bool) -> Self {
+    /// Nothing yet, and no room for anything: it is made where the samples are taken, in the memory that is near.
+    pub(crate) const NONE: Self =
+        Self { light: Vec::new(), gauges: Vec::new(), halves: Vec::new(), extremes: Extremes::NONE };
+
+    /// Makes room for some pixels, unless there is.
+    pub(crate) fn make_room(&mut self, view: View, pixels: usize, is_judged: bool) {
         let if_needed = |needed: bool| if needed { pixels } else { 0 };
         let has_light = matches!(view, View::Shaded | View::Plate | View::Normal);
         let has_gauges = matches!(view, View::Plate | View::Depth | View::Cost);
-        Self {
-            light: vec![DVec3::ZERO; if_needed(has_light)],
-            gauges: vec![[0.0; 2]; if_needed(has_gauges)],
-            halves: vec![DVec3::ZERO; if_needed(has_light && is_judged)],
-            extremes: Extremes::NONE,
-        }
+        self.light.resize(if_needed(has_light), DVec3::ZERO);
+        self.gauges.resize(if_needed(has_gauges), [0.0; 2]);
+        self.halves.resize(if_needed(has_light && is_judged), DVec3::ZERO);
     }
 
     /// A sample that has a colour of its own, and the number of the sample.

@@ -34,6 +34,9 @@ pub(super) struct Compiled {
     pub(super) shapes: Vec<Primitive>,
     pub(super) solids: Vec<Solid>,
     pub(super) paints: Vec<Vec<(AttributeTerm, f64)>>,
+    /// Of each item, the state of the last S-node between, by its place among all states; not among the items, where rays
+    /// would carry it along.
+    pub(super) symbols: Vec<Option<u32>>,
 }
 
 /// A state with what is below it written out.
@@ -68,8 +71,6 @@ pub(super) struct Item {
     pub(super) node: NodeId,
     /// S-nodes between.
     pub(super) depth: u32,
-    /// The state of the last of these, by its place among all states.
-    pub(super) symbol: Option<u32>,
     /// An index into the paints.
     pub(super) paint: Option<u32>,
 }
@@ -106,9 +107,9 @@ impl Compiled {
         }
     }
 
-    /// The memory that it takes.
+    /// The memory that it takes for rays; what is looked up for hits alone is not counted.
     pub(super) fn bytes(&self) -> usize {
-        let Self { supers, nodes, items, shapes, solids, paints: _ } = self;
+        let Self { supers, nodes, items, shapes, solids, paints: _, symbols: _ } = self;
         size_of_val(&**supers)
             + size_of_val(&**nodes)
             + size_of_val(&**items)
@@ -456,7 +457,8 @@ impl Lists {
                 });
                 let Place { target_from_above: item_from_super, depth, symbol, .. } = place;
                 let node = state.node();
-                compiled.items.push(Item { item_from_super, content, node, depth, symbol, paint });
+                compiled.items.push(Item { item_from_super, content, node, depth, paint });
+                compiled.symbols.push(symbol);
             }
             compiled.supers.push(super_node(&mut boxes, first, &mut compiled.nodes));
         }

@@ -274,8 +274,8 @@ impl Tracer<'_> {
 
     /// The state of the last S-node on the way to what the last ray has hit, by its place among all states.
     pub(crate) fn last_symbol(&self) -> Option<u32> {
-        let items = &self.scene.compiled.items;
-        self.items.iter().rev().find_map(|item| items[*item as usize].symbol)
+        let symbols = &self.scene.compiled.symbols;
+        self.items.iter().rev().find_map(|item| symbols[*item as usize])
     }
 
     /// What was counted since the tracer was made or its counters were taken.
