@@ -40,6 +40,18 @@ pub(crate) fn smaller(name: &str) -> Vec<String> {
 }
 
 #[test]
+fn states_have_the_same_numbers_wherever_they_are_listed() {
+    for (name, _) in ENDING.into_iter().flat_map(corpus) {
+        let graph = scene(&name, &smaller(&name)).graph;
+        let listed = graph.states(&Limits::default()).unwrap();
+        let bounded = exact(&graph, &csg_graph_bounds::Limits::default()).unwrap();
+        assert!(bounded.states().map(|(state, _)| state).eq(listed.states()), "{name}");
+        let last = listed.len() - 1;
+        assert_eq!(bounded.index_of(&graph.root_state()), Some(last), "{name}");
+    }
+}
+
+#[test]
 fn every_scene_is_sound_and_in_the_standard_layout() {
     for folder in ENDING.into_iter().chain(["scenes/endless"]) {
         for (name, path) in corpus(folder) {

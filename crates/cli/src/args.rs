@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use csg_graph_trace::{MAX_PIXELS, MAX_SAMPLES, View};
+use csg_graph_trace::{FEWEST_SAMPLES, MAX_PIXELS, MAX_SAMPLES, View};
+
+use crate::Failure;
 
 pub use bench::BenchArgs;
 pub use bounds::{BooleansArg, BoundsArgs, MethodArg, Sweep, VolumeArg};
@@ -33,13 +35,14 @@ Examples:
   pcsg render tree.pcsg                        a picture: tree.png
   pcsg render tree.pcsg --set cnt=5 -o 5.png   the same with another parameter
   pcsg render tree.pcsg -o tree.exr            colours beyond a screen's, with depth, normals, and more in layers
+  pcsg render tree.pcsg --samples 1000         a long one: Ctrl-C keeps what there is, --resume goes on from it
   pcsg check tree.pcsg                         mistakes, or how large the thing is
   pcsg bounds tree.pcsg                        the bounding boxes of all nodes
   pcsg bounds tree.pcsg --compare              all methods and volumes side by side
   pcsg bench tree.pcsg                         how fast it is traced
   pcsg graph tree.pcsg | dot -Tsvg > tree.svg  the graph as a drawing
 
-A mistake in a file ends with exit code 1, a mistake in the command line with 2.";
+A mistake in a file ends with exit code 1, a mistake in the command line with 2, an interrupted render with 130.";
 
 /// The commands.
 #[derive(Debug, Subcommand)]
@@ -111,15 +114,30 @@ pub struct RenderArgs {
     /// The picture to write; without it, the scene's name with .png, in the current folder
     ///
     /// A name that ends with .exr makes an OpenEXR file: the colours as they are in linear light, and in further layers
-    /// what the ray through the centre of each pixel meets: depth, normal, position, recursion depth, node and box tests.
+    /// what the ray through the centre of each pixel meets: depth, normal, position, recursion depth, node, state and box
+    /// tests, and the number of the pixel's samples.
     #[arg(short, long, value_name = "OUT", value_parser = picture_path)]
     pub output: Option<PathBuf>,
     /// Width and height in pixels; without it what the scene says, or 512x512
     #[arg(long, value_name = "WxH", allow_hyphen_values = true)]
     pub size: Option<Size>,
-    /// Rays a pixel; without it what the scene says, or 4
+    /// Rays a pixel; without it what the scene says, or 4; with --noise the most, and without it 256
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
     pub samples: Option<u32>,
+    /// Stop where the picture is known to within so many of the 255 steps from black to white
+    ///
+    /// A square of 4 by 4 pixels has enough samples, from 16 on, when the estimated errors of its pixels and of those
+    /// around it are below this. What is smooth has few samples then, edges and what is random have many, up to --samples.
+    /// 2 can hardly be seen. For the views shaded and normal.
+    #[arg(long, value_name = "STEPS", allow_hyphen_values = true, value_parser = steps)]
+    pub noise: Option<f64>,
+    /// Go on from where an interrupted render of the same picture was, if there is any
+    ///
+    /// Ctrl-C ends a render soon: the picture of the samples so far is written, and beside it OUT.part, from which the same
+    /// command with --resume goes on, to the same bytes as without interruption. The exit code is 130. A second Ctrl-C ends
+    /// it at once. OUT.part is also written once a minute, so that no more than that is lost if the render is killed.
+    #[arg(long)]
+    pub resume: bool,
     /// Threads; without it, one a core. The picture is the same for any number
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
@@ -132,6 +150,33 @@ pub struct RenderArgs {
     /// Write counts and times as JSON
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
+}
+
+impl RenderArgs {
+    /// # Errors
+    /// If noise has nothing to decide.
+    pub(crate) fn check_noise(&self) -> Result<(), Failure> {
+        if self.noise.is_none() {
+            return Ok(());
+        }
+        if !matches!(self.view, ViewArg::Shaded | ViewArg::Normal) {
+            return Err(Failure::Usage(
+                "--noise judges pixels by their colours, and this view has those of the whole picture; leave out --noise or --view"
+                    .to_owned(),
+            ));
+        }
+        match self.samples {
+            Some(samples) if samples <= FEWEST_SAMPLES => Err(Failure::Usage(format!(
+                "--noise has nothing to decide: pixels have {FEWEST_SAMPLES} samples in any case, and --samples asks for {samples} at most"
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
+
+fn steps(text: &str) -> Result<f64, String> {
+    let steps = text.parse().ok().filter(|steps: &f64| *steps > 0.0 && steps.is_finite());
+    steps.ok_or_else(|| "write it as a number above 0, for example 2 or 0.5".to_owned())
 }
 
 /// The limit on bounding.

@@ -4,6 +4,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use crate::interrupt;
+
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -37,6 +39,20 @@ pub enum Failure {
     /// The arguments do not fit together.
     #[error("{0}")]
     Usage(String),
+    /// Someone pressed Ctrl-C. What there is was written.
+    #[error(
+        "interrupted: {} has {percent:.1} % of the samples; --resume goes on from {}",
+        picture.display(),
+        checkpoint.display()
+    )]
+    Interrupted {
+        /// The picture of the samples so far.
+        picture: PathBuf,
+        /// How many those are.
+        percent: f64,
+        /// What is needed to go on.
+        checkpoint: PathBuf,
+    },
     /// `fmt --check` found another layout.
     #[error("{}: not in the standard layout; `pcsg fmt --write` changes it", scene.display())]
     Layout {
@@ -58,9 +74,13 @@ impl Failure {
         Self::Refused { scene: scene.to_owned(), reason: reason.to_string() }
     }
 
-    /// 2 for wrong usage, as of arguments that cannot be parsed; otherwise 1.
+    /// 2 for wrong usage, as of arguments that cannot be parsed; 130 for an interruption; otherwise 1.
     pub(crate) fn exit_code(&self) -> ExitCode {
-        if let Self::Usage(_) = self { ExitCode::from(2) } else { ExitCode::FAILURE }
+        match self {
+            Self::Usage(_) => ExitCode::from(2),
+            Self::Interrupted { .. } => ExitCode::from(interrupt::EXIT_CODE),
+            _ => ExitCode::FAILURE,
+        }
     }
 
     /// Whether it is only that nobody reads the output any more, as after `pcsg … | head`.

@@ -11,6 +11,7 @@ mod engine;
 mod failure;
 mod fmt;
 mod graph;
+mod interrupt;
 mod load;
 mod output;
 mod progress;
@@ -33,7 +34,8 @@ pub use failure::Failure;
 /// Runs a command and reports why it failed, if it does.
 ///
 /// Results go to standard output, everything else to standard error. The exit code is 0, 1 for a mistake in the input, or
-/// 2 for arguments that do not fit together; what parsing alone can tell never comes this far.
+/// 2 for arguments that do not fit together; what parsing alone can tell never comes this far. A render that was interrupted
+/// gives 130.
 pub fn run(command: Command) -> ExitCode {
     let result = match command {
         Command::Render(args) => render::run(&args),
@@ -47,6 +49,10 @@ pub fn run(command: Command) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) if failure.is_closed_pipe() => ExitCode::SUCCESS,
+        Err(failure @ Failure::Interrupted { .. }) => {
+            say(&failure);
+            failure.exit_code()
+        }
         Err(failure) => {
             say(format_args!("\x1b[1;91merror\x1b[0m: {failure}"));
             failure.exit_code()

@@ -64,6 +64,11 @@ impl Loaded {
         mistakes(&self.path, diagnostics)
     }
 
+    /// The text of the file.
+    pub(crate) fn source(&self) -> &str {
+        &self.source
+    }
+
     /// Whether a path leads to the scene's file.
     pub(crate) fn is_file(&self, path: &Path) -> bool {
         output::is_same(&self.path, path)

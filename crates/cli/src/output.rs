@@ -4,7 +4,7 @@
 //! half-written. It is written at once when its content is complete: a program that is interrupted during the long work
 //! before has nothing to clean up.
 
-use std::fs::{self, OpenOptions};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -23,16 +23,24 @@ pub(crate) fn check_writable(path: &Path) -> Result<(), Failure> {
 
 /// Writes the file.
 pub(crate) fn write(path: &Path, content: &[u8]) -> Result<(), Failure> {
+    write_with(path, |file| file.write_all(content))
+}
+
+/// Writes the file piece by piece.
+pub(crate) fn write_with(
+    path: &Path,
+    content: impl FnOnce(&mut File) -> io::Result<()>,
+) -> Result<(), Failure> {
     let write = || match Place::of(path)? {
         Place::File(place) => {
             let mut file = beside(&place)?;
-            file.write_all(content)?;
+            content(file.as_file_mut())?;
             if let Ok(old) = fs::metadata(&place) {
                 file.as_file().set_permissions(old.permissions())?;
             }
             file.persist(&place).map(drop).map_err(|error| error.error)
         }
-        Place::Device => OpenOptions::new().write(true).open(path)?.write_all(content),
+        Place::Device => content(&mut OpenOptions::new().write(true).open(path)?),
     };
     write().map_err(Failure::file(path, "write it"))
 }

@@ -1,34 +1,46 @@
 //! `pcsg render`: a scene as a picture.
 
+mod checkpoint;
 mod layers;
 mod stats;
 
 use std::error::Error;
 use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
-use csg_graph_trace::{Film, Probe, Settings, render, survey};
+use csg_graph_trace::{Film, LatentImage, Probe, Settings, survey};
 use image::{ImageError, ImageFormat, RgbImage};
+use rayon::ThreadPool;
 
-use crate::args::{PictureFormat, RenderArgs};
+use crate::args::{PictureFormat, Plan, RenderArgs};
 use crate::load::{Loaded, load};
 use crate::progress::Bar;
 use crate::stage::Stage;
-use crate::{Failure, output, progress};
+use crate::{Failure, interrupt, output, progress, say};
+use checkpoint::Checkpoint;
 use stats::Stats;
 
 /// The size of a picture that nobody asked for, in pixels.
 const DEFAULT_SIZE: u32 = 512;
 /// The rays a pixel that nobody asked for.
 const DEFAULT_SAMPLES: u32 = 4;
+/// The most rays a pixel where noise decides, and nobody asked for more or less.
+const NOISY_SAMPLES: u32 = 256;
+/// How often a picture in the making is kept.
+const KEEPING: Duration = Duration::from_secs(60);
 
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     // What is wrong with the arguments is said before anything of the file.
     args.engine.plan(args.view)?;
+    args.check_noise()?;
     let path = args.output.clone().unwrap_or_else(|| picture_path(&args.scene.scene));
+    let part = checkpoint::path_of(&path);
     let loaded = load(&args.scene)?;
-    let outputs: Vec<&Path> = [Some(path.as_path()), args.stats.as_deref()].into_iter().flatten().collect();
+    let outputs = [Some(path.as_path()), args.stats.as_deref(), Some(part.as_path())];
+    let outputs: Vec<&Path> = outputs.into_iter().flatten().collect();
     for (index, output) in outputs.iter().enumerate() {
         let taken = outputs[..index].iter().copied().chain([args.scene.scene.as_path()]);
         if taken.into_iter().any(|taken| output::is_same(taken, output)) {
@@ -36,15 +48,40 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
         }
         output::check_writable(output)?;
     }
+    if !args.resume && part.exists() {
+        let reason = "an interrupted render has left it; --resume goes on from there, or remove it";
+        return Err(Failure::refused(&part, reason));
+    }
+    let work = Work::new(&loaded, args)?;
+    let checkpoint = Checkpoint::new(&part, &work.stage, work.plan, &work.settings);
+    let kept = if args.resume { checkpoint.load(&work.settings)? } else { None };
+    let mut image = kept.map_or_else(|| work.blank(), Ok)?;
+    let is_complete = work.expose(&mut image, Some(&checkpoint))?;
+    // First what the work took longest for: whoever is impatient may end the rest.
+    let kept = if is_complete { Ok(()) } else { checkpoint.save(&image) };
+
+    let film = image.develop();
+    let samples = image.samples();
+    let taken = samples.iter().copied().map(u64::from).sum();
     let has_layers = PictureFormat::of(&path) == Some(PictureFormat::Exr);
-    let Picture { film, probes, stats } = trace(&loaded, args, has_layers)?;
+    let probes = has_layers.then(|| work.survey()).transpose()?;
+    let stats = work.stats(&image, taken);
     let bytes = match probes {
-        Some(probes) => layers::encode(&film, &probes, &loaded).map_err(unwritable(&path))?,
+        Some(probes) => layers::encode(&film, samples, &probes, &loaded).map_err(unwritable(&path))?,
         None => encode(&to_image(&film)).map_err(unwritable(&path))?,
     };
     output::write(&path, &bytes)?;
+    if let Some(path) = &args.stats {
+        output::write(path, stats.to_json().as_bytes())?;
+    }
+    kept?;
+    if !is_complete {
+        let percent = 100.0 * taken as f64 / work.all_samples() as f64;
+        return Err(Failure::Interrupted { picture: path, percent, checkpoint: part });
+    }
+    checkpoint.remove()?;
     progress::tell(format_args!("{}: {} × {} pixels", path.display(), film.width(), film.height()));
-    args.stats.as_deref().map_or(Ok(()), |path| output::write(path, stats.to_json().as_bytes()))
+    Ok(())
 }
 
 /// The picture that `render` would write.
@@ -52,7 +89,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
 /// # Errors
 /// If the scene has mistakes, which are reported, or asks for what cannot be done.
 pub fn picture(args: &RenderArgs) -> Result<RgbImage, Failure> {
-    trace(&load(&args.scene)?, args, false).map(|picture| to_image(&picture.film))
+    let loaded = load(&args.scene)?;
+    let work = Work::new(&loaded, args)?;
+    let mut image = work.blank()?;
+    work.expose(&mut image, None)?;
+    Ok(to_image(&image.develop()))
 }
 
 /// A picture as a PNG file.
@@ -76,30 +117,75 @@ fn unwritable<E: Error + Send + Sync + 'static>(path: &Path) -> impl Fn(E) -> Fa
     move |error| Failure::file(path, "write it")(io::Error::other(error))
 }
 
-struct Picture {
-    film: Film,
-    /// What primary rays meet, if it was asked for.
-    probes: Option<Vec<Probe>>,
-    stats: Stats,
+/// A scene, what is to be made of it, and who does it.
+struct Work<'a> {
+    plan: Plan,
+    settings: Settings,
+    stage: Stage<'a>,
+    pool: ThreadPool,
+    start: Instant,
 }
 
-fn trace(loaded: &Loaded, args: &RenderArgs, has_layers: bool) -> Result<Picture, Failure> {
-    let settings = settings(loaded, args);
-    let Settings { width, height, .. } = settings;
-    let stage = Stage::set(loaded, args.engine.plan(args.view)?, f64::from(width) / f64::from(height))?;
-    let world = stage.world();
-    let start = Instant::now();
-    let bar = Bar::new(u64::from(width) * u64::from(height));
-    let pool = stage.threads(args.threads.unwrap_or(0))?;
-    let rendered = pool.install(|| {
-        let (film, counters) = render(&world, &settings, &|done| bar.show(done))?;
-        let probes = has_layers.then(|| survey(&world, width, height)).transpose()?;
-        Ok((film, counters, probes))
-    });
-    drop(bar);
-    let (film, counters, probes) = rendered.map_err(|error| stage.failure(error))?;
-    let stats = Stats::new(&stage, &settings, &counters, pool.current_num_threads(), start.elapsed());
-    Ok(Picture { film, probes, stats })
+impl<'a> Work<'a> {
+    fn new(loaded: &'a Loaded, args: &RenderArgs) -> Result<Self, Failure> {
+        let (plan, settings) = (args.engine.plan(args.view)?, settings(loaded, args));
+        let stage = Stage::set(loaded, plan, f64::from(settings.width) / f64::from(settings.height))?;
+        let pool = stage.threads(args.threads.unwrap_or(0))?;
+        Ok(Self { plan, settings, stage, pool, start: Instant::now() })
+    }
+
+    /// A picture without any sample.
+    fn blank(&self) -> Result<LatentImage, Failure> {
+        LatentImage::new(&self.settings).map_err(|error| self.stage.failure(error))
+    }
+
+    /// Adds samples to a picture until it is complete or, if there is a place to keep it, someone interrupts. Now and then
+    /// it is kept there.
+    fn expose(&self, image: &mut LatentImage, checkpoint: Option<&Checkpoint>) -> Result<bool, Failure> {
+        let is_interrupted = checkpoint.map_or_else(|| Ok(Arc::default()), |_| interrupt::listen());
+        let is_interrupted = is_interrupted.map_err(|error| self.stage.loaded.refused(error))?;
+        let world = self.stage.world();
+        let bar = Bar::new(self.all_samples());
+        loop {
+            let start = Instant::now();
+            let is_due = AtomicBool::new(false);
+            let progress = |done| {
+                bar.show(done);
+                if checkpoint.is_some() && start.elapsed() > KEEPING {
+                    is_due.store(true, Ordering::Relaxed);
+                }
+            };
+            let stop = || is_due.load(Ordering::Relaxed) || is_interrupted.load(Ordering::Relaxed);
+            let exposed = self.pool.install(|| image.expose(&world, &stop, &progress));
+            let is_complete = exposed.map_err(|error| self.stage.failure(error))?;
+            if is_complete || is_interrupted.load(Ordering::Relaxed) {
+                return Ok(is_complete);
+            }
+            // Without it, a picture can still be made.
+            if let Some(Err(failure)) = checkpoint.map(|checkpoint| checkpoint.save(image)) {
+                say(format_args!("\x1b[1;93mwarning\x1b[0m: {failure}"));
+            }
+        }
+    }
+
+    /// What primary rays meet.
+    fn survey(&self) -> Result<Vec<Probe>, Failure> {
+        let Settings { width, height, .. } = self.settings;
+        let probes = self.pool.install(|| survey(&self.stage.world(), width, height));
+        probes.map_err(|error| self.stage.failure(error))
+    }
+
+    fn stats(&self, image: &LatentImage, samples_taken: u64) -> Stats {
+        let threads = self.pool.current_num_threads();
+        let time = self.start.elapsed();
+        Stats::new(&self.stage, &self.settings, samples_taken, image.counters(), threads, time)
+    }
+
+    /// The samples of all pixels, if none is saved.
+    fn all_samples(&self) -> u64 {
+        let Settings { width, height, samples, .. } = self.settings;
+        u64::from(width) * u64::from(height) * u64::from(samples)
+    }
 }
 
 /// What the command line says, or else the file, or else the defaults.
@@ -109,8 +195,12 @@ fn settings(loaded: &Loaded, args: &RenderArgs) -> Settings {
         Some(size) => (size.width, size.height),
         None => (image.width.unwrap_or(DEFAULT_SIZE), image.height.unwrap_or(DEFAULT_SIZE)),
     };
-    let samples = args.samples.or(image.samples).unwrap_or(DEFAULT_SAMPLES);
-    Settings { width, height, samples, view: args.view.into() }
+    let samples = match (args.samples, args.noise) {
+        (Some(samples), _) => samples,
+        (None, Some(_)) => NOISY_SAMPLES,
+        (None, None) => image.samples.unwrap_or(DEFAULT_SAMPLES),
+    };
+    Settings { width, height, samples, noise: args.noise, view: args.view.into() }
 }
 
 fn to_image(film: &Film) -> RgbImage {

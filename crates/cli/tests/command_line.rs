@@ -138,7 +138,10 @@ fn an_exr_file_has_what_every_pixel_shows_in_layers() {
         .iter()
         .map(|layer| layer.attributes.layer_name.clone().unwrap().to_string())
         .collect();
-    assert_eq!(names, ["colour", "depth", "normal", "position", "recursion", "node", "box_tests"]);
+    assert_eq!(
+        names,
+        ["colour", "depth", "normal", "position", "recursion", "node", "state", "samples", "box_tests"]
+    );
     for layer in &image.layer_data {
         let software = layer.attributes.software_name.clone().unwrap().to_string();
         assert_eq!(software, concat!("pcsg ", env!("CARGO_PKG_VERSION")));
@@ -169,6 +172,8 @@ fn an_exr_file_has_what_every_pixel_shows_in_layers() {
     assert_eq!(sample("recursion", "depth", 16, 10), Sample::U32(0));
     let nodes = [(16, 10), (21, 10), (0, 0)].map(|(x, y)| sample("node", "id", x, y).to_u32());
     assert!(nodes[0] != nodes[1] && nodes[1] < 20 && nodes[2] == u32::MAX, "{nodes:?}");
+    assert_eq!(sample("state", "id", 16, 10), Sample::U32(u32::MAX), "there is no symbol");
+    assert_eq!(sample("samples", "count", 16, 10), Sample::U32(1));
     assert!(sample("box_tests", "count", 16, 10).to_u32() > 0);
 }
 
@@ -270,6 +275,11 @@ fn wrong_usage_ends_with_2() {
         &["render", tower, "--samples", "5000"],
         &["render", tower, "--samples", "0"],
         &["render", tower, "--threads", "0"],
+        &["render", tower, "--noise", "0"],
+        &["render", tower, "--noise", "-2"],
+        &["render", tower, "--noise", "NaN"],
+        &["render", tower, "--noise", "2", "--samples", "16"],
+        &["render", tower, "--noise", "2", "--view", "depth"],
         &["render", tower, "--view", "pretty"],
         &["render", tower, "-o", "picture.jpg"],
         &["render", tower, "--engine", "quick"],
@@ -601,6 +611,9 @@ fn states_are_listed_for_people_too() {
     let (code, out, err, _) = run(&["bounds", path(&sympodial), "--set", "cnt=2", "--states"]);
     assert_eq!((code, err.as_str()), (0, ""));
     assert!(out.starts_with("exact boxes") && out.contains("cnt = 2, trunk = 2"), "{out}");
+    // Of all states, listed or not, the root's is the last.
+    let root = out.lines().last().unwrap();
+    assert!(root.trim_start().starts_with("81  TR"), "{root}");
 }
 
 #[test]

@@ -21,6 +21,8 @@ pub(crate) struct Edge {
     pub(crate) surface: Surface,
     pub(crate) node: NodeId,
     pub(crate) depth: u32,
+    /// The number of the last S-node's state, if the walk numbers them.
+    pub(crate) symbol: Option<u32>,
 }
 
 /// Lists of edges, the operands that wait for their operators, one behind the other in one buffer.
@@ -119,6 +121,7 @@ mod tests {
             surface: Surface::default(),
             node: NodeId::from_index(node),
             depth: 0,
+            symbol: None,
         };
         ts.iter().enumerate().map(edge).collect()
     }

@@ -1,7 +1,8 @@
 //! What finds hits for a picture: the reference walk, the fast engine or the grid, asked for several rays at a time.
 
-use csg_graph::{EvalError, Graph};
+use csg_graph::{EvalError, Graph, Limits, Node, State, StatesError};
 use csg_graph_bounds::HyperBoxes;
+use rustc_hash::FxHashMap;
 
 use crate::fast::{self, Accelerated};
 use crate::{Counters, Grid, GridTracer, Hit, Ray, Walk};
@@ -33,6 +34,35 @@ impl<'a> Engine<'a> {
             Self::Fast(accelerated) => Tracer::Fast(Box::new(accelerated.tracer())),
             Self::Grid(grid) => Tracer::Grid(Box::new(grid.tracer())),
         }
+    }
+
+    /// A tracer that knows which states its rays hit.
+    pub(crate) fn numbering_tracer(self, numbers: &'a FxHashMap<State, u32>) -> Tracer<'a> {
+        let mut tracer = self.tracer();
+        match &mut tracer {
+            Tracer::Reference(walk) => walk.number_states(numbers),
+            Tracer::Grid(tracer) => tracer.walk_mut().number_states(numbers),
+            Tracer::Fast(_) => {}
+        }
+        tracer
+    }
+
+    /// The numbers of all states of S-nodes, for engines that do not have them: as `ExactBoxes::states` lists them.
+    pub(crate) fn state_numbers(self) -> Result<FxHashMap<State, u32>, StatesError> {
+        let graph = match self {
+            Self::Reference(graph, _) => graph,
+            Self::Grid(grid) => grid.graph(),
+            Self::Fast(_) => return Ok(FxHashMap::default()),
+        };
+        let mut limits = Limits::default();
+        (limits.states, limits.values) = (usize::MAX, usize::MAX);
+        let states = graph.states(&limits)?;
+        let symbols = states
+            .states()
+            .iter()
+            .zip(0_u32..)
+            .filter(|(state, _)| matches!(graph.node(state.node()), Node::Symbol(_)));
+        Ok(symbols.map(|(state, number)| (state.clone(), number)).collect())
     }
 
     /// How many rays it takes together: a square of the picture with sides of that many pixels.
@@ -97,6 +127,16 @@ impl Tracer<'_> {
         match self {
             Self::Reference(walk) => walk.missed_depth(),
             Self::Fast(_) | Self::Grid(_) => 0,
+        }
+    }
+
+    /// The state of the last S-node on the path to the last ray's hit, by its place among all states. The ray was alone,
+    /// and the states have their [numbers](Engine::state_numbers).
+    pub(crate) fn last_symbol(&self) -> Option<u32> {
+        match self {
+            Self::Reference(walk) => walk.last_symbol(),
+            Self::Fast(tracer) => tracer.last_symbol(),
+            Self::Grid(tracer) => tracer.last_symbol(),
         }
     }
 

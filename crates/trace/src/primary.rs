@@ -33,6 +33,10 @@ pub struct Probe {
     pub recursion: u32,
     /// The primitive node whose surface it is.
     pub node: Option<NodeId>,
+    /// The state of the last S-node on the path to the primitive, by its place among all states: those that
+    /// [`ExactBoxes::states`](csg_graph_bounds::ExactBoxes::states) lists, and `Graph::states` in the same order. The same for
+    /// all engines.
+    pub state: Option<u32>,
     /// The boxes that the ray was tested against.
     pub box_tests: u32,
 }
@@ -48,14 +52,20 @@ pub struct Probe {
 /// If the boxes are of another graph.
 pub fn primary(world: &World<'_>, width: u32, height: u32) -> Result<PrimaryPass, RenderError> {
     let side = world.engine.side();
-    trace(world, width, height, |probing, tile| {
-        let mut pass = PrimaryPass::default();
-        for square in tile.squares(side) {
-            pass.hits += probing.count_hits(square)?;
-        }
-        pass.counters = probing.tracer.take_counters();
-        Ok(pass)
-    })
+    trace(
+        world,
+        width,
+        height,
+        || world.engine.tracer(),
+        |probing, tile| {
+            let mut pass = PrimaryPass::default();
+            for square in tile.squares(side) {
+                pass.hits += probing.count_hits(square)?;
+            }
+            pass.counters = probing.tracer.take_counters();
+            Ok(pass)
+        },
+    )
     .map(|(_, passes)| {
         passes.into_iter().fold(PrimaryPass::default(), |mut sum, pass| {
             sum.hits += pass.hits;
@@ -67,20 +77,23 @@ pub fn primary(world: &World<'_>, width: u32, height: u32) -> Result<PrimaryPass
 
 /// Traces one ray through the centre of each pixel, on the threads of the rayon pool that it is called in, and keeps what
 /// it meets: a probe for each pixel, row by row from the upper left corner. Rays are traced one by one, so that each has
-/// a cost of its own. A probe takes 44 bytes.
+/// a cost of its own. A probe takes 52 bytes. For the reference walk and the grid, all states are listed first.
 ///
 /// # Errors
-/// As [`render`](crate::render).
+/// As [`render`](crate::render), and if the states have no list.
 ///
 /// # Panics
 /// If the boxes are of another graph.
 pub fn survey(world: &World<'_>, width: u32, height: u32) -> Result<Vec<Probe>, RenderError> {
-    let (tiles, probes) = trace(world, width, height, |probing, tile| {
+    let numbers = world.engine.state_numbers()?;
+    let tracer = || world.engine.numbering_tracer(&numbers);
+    let (tiles, probes) = trace(world, width, height, tracer, |probing, tile| {
         let alone = tile.squares(1).flatten();
         alone
             .map(|pixel| {
                 let hit = probing.nearest([pixel])?[0];
-                Ok(Probe::new(hit.as_ref(), &probing.tracer.take_counters()))
+                let state = hit.and_then(|_| probing.tracer.last_symbol());
+                Ok(Probe::new(hit.as_ref(), state, &probing.tracer.take_counters()))
             })
             .collect::<Result<Vec<_>, _>>()
     })?;
@@ -88,17 +101,17 @@ pub fn survey(world: &World<'_>, width: u32, height: u32) -> Result<Vec<Probe>, 
 }
 
 /// What `trace_tile` finds in each tile.
-fn trace<T: Send>(
+fn trace<'a, T: Send>(
     world: &World<'_>,
     width: u32,
     height: u32,
+    tracer: impl Fn() -> Tracer<'a> + Sync,
     trace_tile: impl Fn(&mut Probing<'_>, &Tile) -> Result<T, EvalError> + Sync,
 ) -> Result<(Tiles, Vec<T>), RenderError> {
     check_size(width, height)?;
     let lens = world.camera.lens(width, height)?;
     let tiles = Tiles { width, height };
-    let probing =
-        || Probing { lens: &lens, tracer: world.engine.tracer(), rays: Vec::new(), hits: Vec::new() };
+    let probing = || Probing { lens: &lens, tracer: tracer(), rays: Vec::new(), hits: Vec::new() };
     let found = (0..tiles.count())
         .into_par_iter()
         .map_init(probing, |probing, index| trace_tile(probing, &tiles.tile(index)))
@@ -137,13 +150,14 @@ impl Probing<'_> {
 
 impl Probe {
     #[expect(clippy::cast_possible_truncation, reason = "rounding is meant")]
-    fn new(hit: Option<&Hit>, counters: &Counters) -> Self {
+    fn new(hit: Option<&Hit>, state: Option<u32>, counters: &Counters) -> Self {
         Self {
             depth: hit.map_or(f32::INFINITY, |hit| hit.t as f32),
             normal: hit.map_or([0.0; 3], |hit| hit.normal.as_vec3().to_array()),
             position: hit.map_or([0.0; 3], |hit| hit.point.as_vec3().to_array()),
             recursion: hit.map_or(0, |hit| hit.depth),
             node: hit.map(|hit| hit.node),
+            state,
             box_tests: u32::try_from(counters.box_tests).unwrap_or(u32::MAX),
         }
     }

@@ -1,19 +1,20 @@
-//! From a world to a picture: [tiles](crate::tiles) in parallel.
+//! From a world to a picture: what it is of, what it is like, and the samples that it is [made](crate::latent) from.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::ops::Range;
 
-use csg_graph::EvalError;
-use glam::DVec3;
-use rayon::prelude::*;
+use csg_graph::{EvalError, StatesError};
+use glam::{DVec2, DVec3};
 
 use crate::camera::{CameraError, Lens};
 use crate::engine::{Engine, Tracer};
+use crate::latent::{Exposed, SQUARE};
 use crate::shade::Shader;
-use crate::tiles::{Tile, Tiles};
-use crate::view::{Exposure, Extremes, Latent};
-use crate::{Camera, Counters, Film, Hit, Light, Ray, View, sampling};
+use crate::tiles::Tile;
+use crate::view::Exposure;
+use crate::{Camera, Counters, Film, Hit, LatentImage, Light, Ray, View, sampling};
 
-/// The most pixels that a picture may have: 8192 by 8192. While it is made, a pixel takes 32 bytes.
+/// The most pixels that a picture may have: 8192 by 8192. A pixel takes 36 bytes while the picture is made and developed,
+/// or more: see [`LatentImage`].
 pub const MAX_PIXELS: u64 = 1 << 26;
 
 /// The most samples that a pixel may have. More would change no byte of a picture.
@@ -39,7 +40,7 @@ impl World<'_> {
 }
 
 /// What the picture is like.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// In pixels.
     pub width: u32,
@@ -47,8 +48,35 @@ pub struct Settings {
     pub height: u32,
     /// Rays through each pixel. One goes through its centre; more are spread over it and averaged.
     pub samples: u32,
+    /// Squares of 4 by 4 pixels may do with fewer samples, from [`FEWEST_SAMPLES`](crate::FEWEST_SAMPLES) on, once their
+    /// colours are known to within this many of the 255 steps that a screen has from black to white, as far as their
+    /// samples and those of their neighbours tell. For the views that are colours of their own, shaded and normal. Without
+    /// it, all pixels have all samples.
+    pub noise: Option<f64>,
     /// What it shows.
     pub view: View,
+}
+
+impl Default for Settings {
+    /// 512 by 512 pixels, with 4 samples each, of the shaded solid.
+    fn default() -> Self {
+        Self { width: 512, height: 512, samples: 4, noise: None, view: View::Shaded }
+    }
+}
+
+impl Settings {
+    pub(crate) fn check(&self) -> Result<(), RenderError> {
+        let Self { width, height, samples, noise, view } = *self;
+        check_size(width, height)?;
+        if samples == 0 || samples > MAX_SAMPLES {
+            return Err(RenderError::Samples { samples });
+        }
+        match noise {
+            Some(noise) if noise.is_nan() || noise <= 0.0 => Err(RenderError::Noise { noise }),
+            Some(_) if !matches!(view, View::Shaded | View::Normal) => Err(RenderError::NoiseOf { view }),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// Why there is no picture.
@@ -69,18 +97,34 @@ pub enum RenderError {
         /// The number that was asked for.
         samples: u32,
     },
+    /// Noise below nothing cannot be reached.
+    #[error("noise is allowed to be some steps above 0, not {noise}")]
+    Noise {
+        /// The steps that were asked for.
+        noise: f64,
+    },
+    /// The view is relative to what the whole picture has, so that the noise of a pixel is not known by itself.
+    #[error("noise is judged in the views shaded and normal, not in {view:?}")]
+    NoiseOf {
+        /// The view that was asked for.
+        view: View,
+    },
     /// The camera shows nothing.
     #[error(transparent)]
     Camera(#[from] CameraError),
     /// The graph cannot be evaluated where a ray came to.
     #[error(transparent)]
     Eval(#[from] EvalError),
+    /// The graph has no list of states, and what is asked for needs their numbers.
+    #[error(transparent)]
+    States(#[from] StatesError),
 }
 
 /// Makes the picture, on the threads of the rayon pool that it is called in.
 ///
-/// `progress` is called now and then, from any of the threads, with the number of pixels done. The graph must
-/// unfold into something finite (`Graph::analyse` tells), or a ray may never come back.
+/// `progress` is called now and then, from any of the threads, with the number of samples done, of width times height
+/// times [`samples`](Settings::samples). The graph must unfold into something finite (`Graph::analyse` tells), or a ray
+/// may never come back. [`LatentImage`] does the same in parts.
 ///
 /// # Errors
 /// If the settings or the camera are out of range, or an evaluation fails.
@@ -92,38 +136,9 @@ pub fn render(
     settings: &Settings,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<(Film, Counters), RenderError> {
-    let Settings { width, height, samples, view } = *settings;
-    check_size(width, height)?;
-    if samples == 0 || samples > MAX_SAMPLES {
-        return Err(RenderError::Samples { samples });
-    }
-    let painter = Painter { world, settings, lens: world.camera.lens(width, height)? };
-
-    let tiles = Tiles { width, height };
-    let done = AtomicU64::new(0);
-    let painted: Vec<Painted> = (0..tiles.count())
-        .into_par_iter()
-        .map_init(
-            || Brush::new(world.engine),
-            |brush, index| {
-                let painted = painter.paint(brush, &tiles.tile(index))?;
-                let pixels = painted.pixels.len() as u64;
-                progress(done.fetch_add(pixels, Ordering::Relaxed) + pixels);
-                Ok(painted)
-            },
-        )
-        .collect::<Result<_, EvalError>>()?;
-
-    let mut counters = Counters::default();
-    let mut extremes = Extremes::NONE;
-    let mut latent = Vec::with_capacity(painted.len());
-    for tile in painted {
-        counters += tile.counters;
-        extremes = extremes.join(tile.extremes);
-        latent.push(tile.pixels);
-    }
-    let pixels = tiles.in_rows(&latent).map(|latent| view.develop(latent, &extremes)).collect();
-    Ok((Film::new(width, height, pixels), counters))
+    let mut image = LatentImage::new(settings)?;
+    image.expose(world, &|| false, progress)?;
+    Ok((image.develop(), *image.counters()))
 }
 
 /// Refuses a picture without pixels, or with too many.
@@ -135,48 +150,72 @@ pub(crate) fn check_size(width: u32, height: u32) -> Result<(), RenderError> {
     Ok(())
 }
 
-/// A finished tile.
-struct Painted {
-    pixels: Vec<Latent>,
-    extremes: Extremes,
-    counters: Counters,
-}
-
-struct Painter<'a> {
+/// Adds samples to tiles.
+pub(crate) struct Painter<'a> {
     world: &'a World<'a>,
-    settings: &'a Settings,
+    view: View,
+    is_judged: bool,
     lens: Lens,
+    /// Where in a pixel its samples are, in their order.
+    places: Vec<DVec2>,
 }
 
-impl Painter<'_> {
-    fn paint(&self, brush: &mut Brush<'_>, tile: &Tile) -> Result<Painted, EvalError> {
-        let mut extremes = Extremes::NONE;
-        let mut exposures = vec![Exposure::default(); tile.pixel_count()];
-        // What a pixel costs, and how deep its ray went, are known of single rays.
-        let alone = matches!(self.settings.view, View::Cost | View::Plate);
-        let side = if alone { 1 } else { self.world.engine.side() };
-        for square in tile.squares(side) {
-            brush.pixels.clear();
-            brush.pixels.extend(square);
-            self.expose(brush, |pixel| tile.place(pixel), &mut exposures, &mut extremes)?;
-        }
-        let samples = f64::from(self.settings.samples);
-        let pixels = exposures.iter().map(|exposure| exposure.latent(samples)).collect();
-        Ok(Painted { pixels, extremes, counters: brush.tracer.take_counters() })
+impl<'a> Painter<'a> {
+    pub(crate) fn new(world: &'a World<'a>, settings: &Settings) -> Result<Self, CameraError> {
+        let Settings { width, height, samples, noise, view } = *settings;
+        let (lens, places) = (world.camera.lens(width, height)?, sampling::sequence(samples));
+        Ok(Self { world, view, is_judged: noise.is_some(), lens, places })
     }
 
-    /// Exposes the pixels of a brush, one sample of each at a time.
+    /// Brings the squares of a tile to their goals, one after the other, until `stop` says so; gives the number of samples
+    /// that were added, and what they took.
+    pub(crate) fn paint(
+        &self,
+        brush: &mut Brush<'_>,
+        tile: &Tile,
+        exposed: &mut Exposed,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<(u64, Counters), EvalError> {
+        let Exposed { exposure, squares } = exposed;
+        // What a pixel costs, and how deep its ray went, are known of single rays.
+        let is_alone = matches!(self.view, View::Cost | View::Plate);
+        let side = if is_alone { 1 } else { self.world.engine.side() };
+        let mut pixels = Vec::with_capacity((SQUARE * SQUARE) as usize);
+        let mut taken = 0;
+        for (square, own) in squares.iter_mut().zip(tile.squares(SQUARE)) {
+            if square.taken == square.goal {
+                continue;
+            }
+            if stop() {
+                break;
+            }
+            exposure.make_room(self.view, tile.pixel_count(), self.is_judged);
+            pixels.clear();
+            pixels.extend(own);
+            let numbers = square.taken..square.goal;
+            for pixels in pixels.chunks((side * side) as usize) {
+                self.expose(brush, pixels, numbers.clone(), |pixel| tile.place(pixel), exposure)?;
+            }
+            taken += numbers.len() as u64 * pixels.len() as u64;
+            square.taken = square.goal;
+        }
+        Ok((taken, brush.tracer.take_counters()))
+    }
+
+    /// Exposes some pixels to their samples with these numbers, one sample of each at a time.
     fn expose(
         &self,
         brush: &mut Brush<'_>,
+        pixels: &[(u32, u32)],
+        numbers: Range<u32>,
         place: impl Fn((u32, u32)) -> usize,
-        exposures: &mut [Exposure],
-        extremes: &mut Extremes,
+        exposure: &mut Exposure,
     ) -> Result<(), EvalError> {
-        let Settings { samples, view, .. } = *self.settings;
-        let Brush { tracer, shader, pixels, rays, hits, colours } = brush;
+        let view = self.view;
+        let Brush { tracer, shader, rays, hits, colours } = brush;
         let tests_before = tracer.counters().tests();
-        for sample in sampling::places(samples) {
+        for number in numbers {
+            let sample = self.places[number as usize];
             rays.clear();
             rays.extend(
                 pixels.iter().map(|(x, y)| self.lens.ray(f64::from(*x) + sample.x, f64::from(*y) + sample.y)),
@@ -187,41 +226,39 @@ impl Painter<'_> {
                 shader.shade(tracer, &self.world.lights, rays, hits, colours)?;
             }
             for (lane, (pixel, hit)) in pixels.iter().zip(hits.iter()).enumerate() {
-                let exposure = &mut exposures[place(*pixel)];
+                let place = place(*pixel);
                 match (view, hit) {
-                    (View::Shaded | View::Plate, Some(_)) => exposure.colour(colours[lane]),
-                    (View::Shaded, None) => exposure.colour(self.world.background),
-                    (View::Plate, None) => exposure.missed(missed, extremes),
-                    (View::Normal, Some(hit)) => exposure.normal(hit.normal),
-                    (View::Depth, Some(hit)) => exposure.depth(hit.t, extremes),
+                    (View::Shaded | View::Plate, Some(_)) => exposure.colour(place, number, colours[lane]),
+                    (View::Shaded, None) => exposure.colour(place, number, self.world.background),
+                    (View::Plate, None) => exposure.missed(place, missed),
+                    (View::Normal, Some(hit)) => exposure.normal(place, number, hit.normal),
+                    (View::Depth, Some(hit)) => exposure.depth(place, hit.t),
                     (View::Normal | View::Depth, None) | (View::Cost, _) => {}
                 }
             }
         }
         if view == View::Cost {
             let tests = tracer.counters().tests() - tests_before;
-            exposures[place(pixels[0])].cost(tests as f64, extremes);
+            exposure.cost(place(pixels[0]), tests as f64);
         }
         Ok(())
     }
 }
 
 /// What a thread paints with: a tracer, and memory for the rays that it traces together.
-struct Brush<'a> {
+pub(crate) struct Brush<'a> {
     tracer: Tracer<'a>,
     shader: Shader,
-    pixels: Vec<(u32, u32)>,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
     colours: Vec<DVec3>,
 }
 
 impl<'a> Brush<'a> {
-    fn new(engine: Engine<'a>) -> Self {
+    pub(crate) fn new(engine: Engine<'a>) -> Self {
         Self {
             tracer: engine.tracer(),
             shader: Shader::default(),
-            pixels: Vec::new(),
             rays: Vec::new(),
             hits: Vec::new(),
             colours: Vec::new(),

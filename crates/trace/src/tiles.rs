@@ -9,7 +9,7 @@ use std::ops::Range;
 const SIDE: u32 = 16;
 
 /// The tiles of a picture, numbered row by row.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Tiles {
     /// The picture's, in pixels.
     pub(crate) width: u32,

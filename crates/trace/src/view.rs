@@ -2,7 +2,7 @@
 //!
 //! Some views are relative to an extreme of the whole picture, such as its deepest recursion, which is known only when all
 //! rays are traced. So a pixel is first *exposed*: it sums what its samples contribute, and the extremes are noted. Then the
-//! picture is *developed*.
+//! picture is *developed*, as often as anyone wants to see what there is so far.
 
 use glam::DVec3;
 
@@ -24,78 +24,107 @@ pub enum View {
     /// The depth along the viewing direction: white is the nearest of the picture, dark grey the farthest, and the
     /// background is black. Linear in the bytes of the picture.
     Depth,
-    /// The tests of boxes and primitives that the pixel took, its shadow rays' among them, from black through red and
+    /// The tests of boxes and primitives that a sample of the pixel took, its shadow rays' among them, from black through red and
     /// yellow to the most of the picture.
     Cost,
 }
 
-/// What the samples of a pixel have contributed. Sums while it is exposed, and means afterwards.
-#[derive(Clone, Copy, Debug, Default)]
+/// What the samples of some pixels have contributed: sums, which the next samples can be added to at any time.
+///
+/// They are in double precision and in the order of the samples, so that it makes no difference how often they were
+/// left and taken up again.
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Exposure {
-    /// What can be seen as it is.
-    light: DVec3,
-    /// What is relative to an extreme: for the plate, the levels that are odd and those that are even; for the depth view,
-    /// the depths of hits and their number; for the cost view, the tests.
-    gauges: [f64; 2],
+    /// What can be seen as it is, of each pixel, in the views that have such a thing.
+    pub(crate) light: Vec<DVec3>,
+    /// What is relative to an extreme, in other views: for the plate, the levels that are odd and those that are even;
+    /// for the depth view, the depths of hits and their number; for the cost view, the tests.
+    pub(crate) gauges: Vec<[f64; 2]>,
+    /// What every other sample added to the light, if anyone wants to know how far both halves differ.
+    pub(crate) halves: Vec<DVec3>,
+    pub(crate) extremes: Extremes,
 }
 
 impl Exposure {
-    /// A sample that has a colour of its own.
-    pub(crate) fn colour(&mut self, light: DVec3) {
-        self.light += light;
+    /// Nothing yet, and no room for anything: it is made where the samples are taken, in the memory that is near.
+    pub(crate) const NONE: Self =
+        Self { light: Vec::new(), gauges: Vec::new(), halves: Vec::new(), extremes: Extremes::NONE };
+
+    /// Makes room for some pixels, unless there is.
+    pub(crate) fn make_room(&mut self, view: View, pixels: usize, is_judged: bool) {
+        let if_needed = |needed: bool| if needed { pixels } else { 0 };
+        let has_light = matches!(view, View::Shaded | View::Plate | View::Normal);
+        let has_gauges = matches!(view, View::Plate | View::Depth | View::Cost);
+        self.light.resize(if_needed(has_light), DVec3::ZERO);
+        self.gauges.resize(if_needed(has_gauges), [0.0; 2]);
+        self.halves.resize(if_needed(has_light && is_judged), DVec3::ZERO);
+    }
+
+    /// A sample that has a colour of its own, and the number of the sample.
+    pub(crate) fn colour(&mut self, place: usize, number: u32, light: DVec3) {
+        self.light[place] += light;
+        if let Some(half) = self.halves.get_mut(place)
+            && number.is_multiple_of(2)
+        {
+            *half += light;
+        }
     }
 
     /// A sample of the plate's background.
-    pub(crate) fn missed(&mut self, level: u32, extremes: &mut Extremes) {
+    pub(crate) fn missed(&mut self, place: usize, level: u32) {
         let is_even = usize::from(level.is_multiple_of(2));
         let level = f64::from(level);
-        self.gauges[is_even] += level;
-        extremes.note(level);
+        self.gauges[place][is_even] += level;
+        self.extremes.note(level);
     }
 
     /// A sample of the normal view.
-    pub(crate) fn normal(&mut self, normal: DVec3) {
-        self.light += (normal * 0.5 + 0.5).map(srgb::decode);
+    pub(crate) fn normal(&mut self, place: usize, number: u32, normal: DVec3) {
+        self.colour(place, number, (normal * 0.5 + 0.5).map(srgb::decode));
     }
 
     /// A sample of the depth view that is a hit.
-    pub(crate) fn depth(&mut self, depth: f64, extremes: &mut Extremes) {
-        self.gauges[0] += depth;
-        self.gauges[1] += 1.0;
-        extremes.note(depth);
+    pub(crate) fn depth(&mut self, place: usize, depth: f64) {
+        let [depths, hits] = &mut self.gauges[place];
+        *depths += depth;
+        *hits += 1.0;
+        self.extremes.note(depth);
     }
 
-    /// The whole cost of the pixel.
-    pub(crate) fn cost(&mut self, tests: f64, extremes: &mut Extremes) {
-        self.gauges[0] = tests;
-        extremes.note(tests);
+    /// What some samples of the cost view took.
+    pub(crate) fn cost(&mut self, place: usize, tests: f64) {
+        self.gauges[place][0] += tests;
     }
 
-    /// Turns sums over `samples` into what is kept of the pixel.
-    pub(crate) fn latent(&self, samples: f64) -> Latent {
-        let [red, green, blue] = (self.light / samples).to_array().map(narrow);
-        Latent { light: [red, green, blue], gauges: self.gauges.map(|gauge| narrow(gauge / samples)) }
+    /// The mean of the samples of the cost view.
+    pub(crate) fn mean_cost(&self, place: usize, samples: u32) -> f64 {
+        self.gauges[place][0] / f64::from(samples)
     }
-}
 
-/// An exposed pixel that waits for its development.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Latent {
-    light: [f32; 3],
-    gauges: [f32; 2],
+    /// The pixel in linear light, given how many samples it has had, and the extremes of the whole picture. Without
+    /// samples, it is black.
+    pub(crate) fn develop(&self, view: View, place: usize, samples: u32, extremes: &Extremes) -> [f32; 3] {
+        if samples == 0 {
+            return [0.0; 3];
+        }
+        let samples = f64::from(samples);
+        let light = self.light.get(place).map_or(DVec3::ZERO, |light| *light / samples);
+        let gauges = self.gauges.get(place).map_or([0.0; 2], |gauges| gauges.map(|gauge| gauge / samples));
+        view.develop(light, gauges, extremes).to_array().map(narrow)
+    }
 }
 
 /// The least and the greatest of what a view measures.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Extremes {
-    least: f64,
-    greatest: f64,
+    pub(crate) least: f64,
+    pub(crate) greatest: f64,
 }
 
 impl Extremes {
     pub(crate) const NONE: Self = Self { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
 
-    fn note(&mut self, value: f64) {
+    pub(crate) fn note(&mut self, value: f64) {
         *self = self.join(Self { least: value, greatest: value });
     }
 
@@ -119,11 +148,9 @@ const HEAT: [[f64; 3]; 5] =
     [[0.0, 0.0, 4.0], [87.0, 16.0, 110.0], [188.0, 55.0, 84.0], [249.0, 142.0, 9.0], [252.0, 255.0, 164.0]];
 
 impl View {
-    /// The pixel in linear light, given the extremes of the whole picture.
-    pub(crate) fn develop(self, latent: &Latent, extremes: &Extremes) -> [f32; 3] {
-        let [first, second] = latent.gauges.map(f64::from);
-        let light = DVec3::from(latent.light.map(f64::from));
-        let developed = match self {
+    /// The pixel in linear light, from the means of its samples and the extremes of the whole picture.
+    fn develop(self, light: DVec3, [first, second]: [f64; 2], extremes: &Extremes) -> DVec3 {
+        match self {
             Self::Shaded | Self::Normal => light,
             Self::Plate if extremes.greatest > 0.0 => {
                 light + (RED * first + BLUE * second) / extremes.greatest
@@ -137,8 +164,7 @@ impl View {
             }
             Self::Cost if extremes.greatest > 0.0 => heat(first / extremes.greatest),
             Self::Cost => heat(0.0),
-        };
-        developed.to_array().map(narrow)
+        }
     }
 }
 

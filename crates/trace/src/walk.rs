@@ -21,6 +21,7 @@
 use csg_graph::{Env, EvalError, Graph, Node, NodeId, Operator, State, Transform};
 use csg_graph_bounds::HyperBoxes;
 use glam::{DMat3, DVec3};
+use rustc_hash::FxHashMap;
 
 use crate::boolean::{Edge, SpanStack};
 use crate::shapes::{self, End, Spans};
@@ -44,6 +45,10 @@ pub struct Walk<'a> {
     /// Candidates are at t before this: that of `best`, or the end of the ray.
     limit: f64,
     missed: u32,
+    /// The numbers of states, if anyone wants to know which ones are hit.
+    numbers: Option<&'a FxHashMap<State, u32>>,
+    /// The state of the last S-node on the path to the last hit.
+    last_symbol: Option<u32>,
 }
 
 /// A node that a ray has come to, and what it brings.
@@ -58,6 +63,8 @@ struct Visit {
     surface: Surface,
     /// S-nodes passed.
     depth: u32,
+    /// The number of the last one's state.
+    symbol: Option<u32>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,7 +107,19 @@ impl<'a> Walk<'a> {
             best: None,
             limit: f64::INFINITY,
             missed: 0,
+            numbers: None,
+            last_symbol: None,
         }
+    }
+
+    /// From now on, the walk knows which [state](Self::last_symbol) it hits, which costs a look-up at each S-node.
+    pub(crate) fn number_states(&mut self, numbers: &'a FxHashMap<State, u32>) {
+        self.numbers = Some(numbers);
+    }
+
+    /// The state of the last S-node on the path to the last hit, if there is one and states are numbered.
+    pub(crate) fn last_symbol(&self) -> Option<u32> {
+        self.last_symbol
     }
 
     /// The first boundary of the solid at t > 0, or `None` if the ray meets none. Of several at the same t, the leftmost in
@@ -135,6 +154,7 @@ impl<'a> Walk<'a> {
     }
 
     fn take_hit(&mut self, ray: &Ray) -> Option<Hit> {
+        self.last_symbol = self.best.and_then(|edge| edge.symbol);
         self.best.take().map(|edge| Hit {
             t: edge.t,
             point: ray.at(edge.t),
@@ -184,6 +204,7 @@ impl<'a> Walk<'a> {
             env: self.initial.clone(),
             surface: Surface::default(),
             depth: 0,
+            symbol: None,
         }
     }
 
@@ -226,6 +247,9 @@ impl<'a> Walk<'a> {
             }
             match graph.node(at.node) {
                 Node::Symbol(_) => {
+                    if let Some(numbers) = self.numbers {
+                        at.symbol = numbers.get(&graph.state(at.node, at.env.clone())).copied();
+                    }
                     at.node = graph.select(at.node, &at.env)?;
                     at.depth += 1;
                     self.counters.deepest_recursion = self.counters.deepest_recursion.max(at.depth);
@@ -295,6 +319,7 @@ impl<'a> Walk<'a> {
             surface: at.surface,
             node: at.node,
             depth: at.depth,
+            symbol: at.symbol,
         };
         let ends = spans.iter().flat_map(|span| [span.enter, span.exit]);
         match mode {

@@ -5,12 +5,12 @@ use std::sync::Mutex;
 use csg_graph::{AttributeTerm, Expr, Graph, GraphBuilder, Operator, PrimitiveKind, TransformKind};
 use csg_graph_bounds::{HyperBoxes, Limits, chain, conventional, exact};
 use csg_graph_trace::{
-    Accelerated, Camera, Engine, Film, Light, LightSource, MAX_PIXELS, RenderError, Settings, View, Walk,
-    World, primary, render, survey,
+    Accelerated, Camera, Engine, Film, Grid, Light, LightSource, MAX_PIXELS, RenderError, Settings, View,
+    Walk, World, primary, render, survey,
 };
 use glam::DVec3;
 
-const SETTINGS: Settings = Settings { width: 64, height: 48, samples: 1, view: View::Shaded };
+const SETTINGS: Settings = Settings { width: 64, height: 48, samples: 1, noise: None, view: View::Shaded };
 
 /// A tower of `levels` bitten cubes, each turned and 0.7 times as large as the one below.
 fn tower(levels: f64) -> Graph {
@@ -115,6 +115,46 @@ fn primary_rays_are_those_of_a_picture_with_one_sample() {
         assert!(matches!(primary(&world, 0, 5), Err(RenderError::Size { .. })));
         assert!(matches!(survey(&world, 5, 0), Err(RenderError::Size { .. })));
     }
+}
+
+#[test]
+fn engines_know_the_state_that_they_hit() {
+    let graph = tower(9.0);
+    let boxes = exact(&graph, &Limits::default()).unwrap();
+    let hyper_boxes = chain(&graph, &Limits::default()).unwrap();
+    // Lists of many and of few parts, and entries far down and near the root.
+    let accelerated = [1 << 16, 0].map(|budget| Accelerated::new(&graph, &boxes, budget).unwrap());
+    let grids = [40, 1].map(|resolution| {
+        let boxes = exact(&graph, &Limits::default()).unwrap();
+        Grid::new(&graph, boxes, Some(resolution), Grid::DEFAULT_BUDGET).unwrap()
+    });
+    let survey = |engine| survey(&World { engine, ..world(&graph, &hyper_boxes) }, 60, 45).unwrap();
+    let walked = survey(Engine::Reference(&graph, Some(&hyper_boxes)));
+    let states: Vec<_> = boxes.states().map(|(state, _)| state).collect();
+    let mut met = std::collections::BTreeSet::new();
+    for probe in walked.iter().filter(|probe| probe.node.is_some()) {
+        // The level of the tower is the recursion depth, and the parameter counts down.
+        let state = states[probe.state.unwrap() as usize];
+        assert_eq!(graph.live_values(state), [("n".to_owned(), f64::from(10 - probe.recursion))]);
+        met.insert(probe.state);
+    }
+    assert!(met.len() > 4, "{met:?}");
+    for engine in [Engine::Fast(&accelerated[0]), Engine::Fast(&accelerated[1])]
+        .into_iter()
+        .chain(grids.iter().map(Engine::Grid))
+    {
+        let pairs = survey(engine).into_iter().zip(&walked);
+        let differing = pairs.filter(|(a, b)| (a.node, a.state) != (b.node, b.state)).count();
+        assert!(differing <= 1, "{differing} probes differ");
+    }
+    // Not in any symbol, there is none.
+    let mut builder = GraphBuilder::new();
+    let cube = builder.primitive(PrimitiveKind::Cube, []);
+    let cube = builder.finish(cube).unwrap();
+    let boxes = chain(&cube, &Limits::default()).unwrap();
+    let probes = csg_graph_trace::survey(&world(&cube, &boxes), 20, 20).unwrap();
+    assert!(probes.iter().any(|probe| probe.node.is_some()));
+    assert!(probes.iter().all(|probe| probe.state.is_none()));
 }
 
 #[test]

@@ -232,6 +232,11 @@ impl<S: Scene> ExactBoxes<S> {
         self.found.states.number(state).map(|number| self.found.boxes[number])
     }
 
+    /// Where a state is among [all states](Self::states), or `None` if the root does not lead to it.
+    pub fn index_of(&self, state: &S::State) -> Option<usize> {
+        self.found.states.number(state)
+    }
+
     /// All states with their boxes, each after those below it, the root last.
     pub fn states(&self) -> impl ExactSizeIterator<Item = (&S::State, StateBox)> {
         self.found.states.states.iter().zip(self.found.boxes.iter().copied())

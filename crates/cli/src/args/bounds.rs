@@ -28,7 +28,7 @@ pub struct BoundsArgs {
     /// thousands of queries. For --booleans search it is the precision of the search, and without it 0.001.
     #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = tolerance)]
     pub tolerance: Option<f64>,
-    /// List the volumes of all states of symbols, too; JSON always does where the method is exact
+    /// List the volumes of all states of symbols, too, with their numbers; JSON always does where the method is exact
     #[arg(long)]
     pub states: bool,
     /// Run all methods and volumes, and compare what they cost with what they give

@@ -23,12 +23,19 @@ use crate::{Failure, print};
 struct Found<V> {
     root: V,
     nodes: Vec<V>,
-    /// Those of symbols, if they were asked for.
-    states: Option<Vec<(State, V)>>,
+    /// Those of the states of symbols, if they were asked for.
+    states: Option<Vec<StateVolume<V>>>,
     exact: Option<ExactFacts>,
     /// Of a search: the gap of the root, and what it took.
     search: Option<(f64, CellCounts)>,
     seconds: f64,
+}
+
+/// The volume of a state, which has a number among all states.
+struct StateVolume<V> {
+    id: usize,
+    state: State,
+    volume: V,
 }
 
 /// What is known of exact volumes besides.
@@ -84,6 +91,7 @@ struct Counts {
 
 #[derive(Serialize)]
 struct StateEntry {
+    id: usize,
     symbol: String,
     params: Map<String, Value>,
     #[serde(flatten)]
@@ -179,8 +187,8 @@ fn run_context(args: &BoundsArgs, loaded: &Loaded) -> Result<(), Failure> {
     let with_states = args.states || args.format == Format::Json;
     let mut found = Found::<Aabb>::about(graph, &exact, None, with_states);
     let contexts = exact.s_bounds(graph);
-    for (state, aabb) in found.states.iter_mut().flatten() {
-        *aabb = contexts.context_of(state).unwrap_or(Aabb::EMPTY);
+    for StateVolume { state, volume, .. } in found.states.iter_mut().flatten() {
+        *volume = contexts.context_of(state).unwrap_or(Aabb::EMPTY);
     }
     let seconds = start.elapsed().as_secs_f64();
     let found = Found { root: contexts.root, nodes: contexts.contexts.clone(), seconds, ..found };
@@ -210,9 +218,14 @@ impl<V: Shown> Found<V> {
             V::about(exact.nodes[id.index()], tolerance, |d| instances.of_node(id, d))
         };
         let states = || {
-            let symbols =
-                exact.states().filter(|(state, _)| matches!(graph.node(state.node()), Node::Symbol(_)));
-            symbols.map(|(state, found)| (state.clone(), of_state(state, found.aabb))).collect()
+            let all = exact.states().enumerate();
+            let symbols = all.filter(|(_, (state, _))| matches!(graph.node(state.node()), Node::Symbol(_)));
+            symbols
+                .map(|(id, (state, found))| {
+                    let volume = of_state(state, found.aabb);
+                    StateVolume { id, state: state.clone(), volume }
+                })
+                .collect()
         };
         let facts = ExactFacts { gap: exact.gap, counts: exact.counts, endless: exact.endless };
         Self {
@@ -246,7 +259,8 @@ fn report<V: Shown>(args: &BoundsArgs, loaded: &Loaded, method: MethodArg, found
         name: graph.node_name(id),
         volume: Entry::new(volume),
     });
-    let states = found.states.iter().flatten().map(|(state, volume)| StateEntry {
+    let states = found.states.iter().flatten().map(|StateVolume { id, state, volume }| StateEntry {
+        id: *id,
         symbol: graph.node_name(state.node()),
         params: graph.live_values(state).into_iter().map(|(name, value)| (name, value.into())).collect(),
         volume: Entry::new(volume),
@@ -315,16 +329,17 @@ fn table<V: Shown>(args: &BoundsArgs, graph: &Graph, method: MethodArg, found: &
     let heads = ["node", "kind", "name", "volume", "surface", &kind];
     push_table(&mut text, heads, [true, false, false, true, true, false], &rows);
     if let Some(states) = &found.states {
-        let state = |(state, found): &(State, V)| {
+        let state = |StateVolume { id, state, volume: found }: &StateVolume<V>| {
             let params =
                 graph.live_values(state).into_iter().map(|(name, value)| format!("{name} = {value}"));
             let [volume, area] = size(found);
-            [graph.node_name(state.node()), params.collect::<Vec<_>>().join(", "), volume, area, line(found)]
+            let name = graph.node_name(state.node());
+            [id.to_string(), name, params.collect::<Vec<_>>().join(", "), volume, area, line(found)]
         };
         let rows: Vec<_> = states.iter().map(state).collect();
         text.push('\n');
-        let heads = ["symbol", "parameters", "volume", "surface", &kind];
-        push_table(&mut text, heads, [false, false, true, true, false], &rows);
+        let heads = ["state", "symbol", "parameters", "volume", "surface", &kind];
+        push_table(&mut text, heads, [true, false, false, true, true, false], &rows);
     }
     text
 }

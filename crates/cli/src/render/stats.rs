@@ -14,7 +14,12 @@ pub(super) struct Stats {
     scene: String,
     width: u32,
     height: u32,
+    /// The most of a pixel.
     samples: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    noise: Option<f64>,
+    /// Those of all pixels together.
+    samples_taken: u64,
     engine: String,
     boxes: &'static str,
     /// What the engine takes besides the graph.
@@ -30,6 +35,7 @@ pub(super) struct Stats {
     bounding_seconds: f64,
     /// Bounding, and what else comes before the first ray.
     setup_seconds: f64,
+    /// Of this run, if it goes on from another one.
     tracing_seconds: f64,
 }
 
@@ -45,6 +51,7 @@ impl Stats {
     pub(super) fn new(
         stage: &Stage<'_>,
         settings: &Settings,
+        samples_taken: u64,
         counters: &Counters,
         threads: usize,
         tracing_time: Duration,
@@ -60,6 +67,8 @@ impl Stats {
             width: settings.width,
             height: settings.height,
             samples: settings.samples,
+            noise: settings.noise,
+            samples_taken,
             engine: prepared.kind().to_string(),
             boxes: prepared.method.map_or("none", MethodArg::name),
             bytes: prepared.bytes(),

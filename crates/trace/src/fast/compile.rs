@@ -34,6 +34,9 @@ pub(super) struct Compiled {
     pub(super) shapes: Vec<Primitive>,
     pub(super) solids: Vec<Solid>,
     pub(super) paints: Vec<Vec<(AttributeTerm, f64)>>,
+    /// Of each item, the state of the last S-node between, by its place among all states; not among the items, where rays
+    /// would carry it along.
+    pub(super) symbols: Vec<Option<u32>>,
 }
 
 /// A state with what is below it written out.
@@ -104,9 +107,9 @@ impl Compiled {
         }
     }
 
-    /// The memory that it takes.
+    /// The memory that it takes for rays; what is looked up for hits alone is not counted.
     pub(super) fn bytes(&self) -> usize {
-        let Self { supers, nodes, items, shapes, solids, paints: _ } = self;
+        let Self { supers, nodes, items, shapes, solids, paints: _, symbols: _ } = self;
         size_of_val(&**supers)
             + size_of_val(&**nodes)
             + size_of_val(&**items)
@@ -147,6 +150,8 @@ pub(crate) struct Place {
     pub(crate) target_from_above: DAffine3,
     /// S-nodes between.
     pub(crate) depth: u32,
+    /// The state of the last of these, by its place among all states.
+    pub(crate) symbol: Option<u32>,
     pub(crate) paint: Vec<(AttributeTerm, f64)>,
 }
 
@@ -222,6 +227,7 @@ impl<'a> States<'a> {
             state = match self.graph.step(&state)? {
                 Step::Select(below) => {
                     place.depth += 1;
+                    place.symbol = self.boxes.index_of(&state).map(index);
                     below
                 }
                 Step::Calculate(below) => below,
@@ -328,6 +334,7 @@ impl Place {
         above_from_target: DAffine3::IDENTITY,
         target_from_above: DAffine3::IDENTITY,
         depth: 0,
+        symbol: None,
         paint: Vec::new(),
     };
 
@@ -338,6 +345,7 @@ impl Place {
             above_from_target: self.above_from_target * below.above_from_target,
             target_from_above: below.target_from_above * self.target_from_above,
             depth: self.depth + below.depth,
+            symbol: below.symbol.or(self.symbol),
             paint: self.paint.iter().chain(&below.paint).copied().collect(),
         }
     }
@@ -447,8 +455,10 @@ impl Lists {
                         index(compiled.paints.len() - 1)
                     })
                 });
-                let (item_from_super, depth) = (place.target_from_above, place.depth);
-                compiled.items.push(Item { item_from_super, content, node: state.node(), depth, paint });
+                let Place { target_from_above: item_from_super, depth, symbol, .. } = place;
+                let node = state.node();
+                compiled.items.push(Item { item_from_super, content, node, depth, paint });
+                compiled.symbols.push(symbol);
             }
             compiled.supers.push(super_node(&mut boxes, first, &mut compiled.nodes));
         }

@@ -102,18 +102,18 @@ impl Hits {
         (*way == place.way).then_some(ray)
     }
 
-    /// The items that a way enters, the last one first.
+    /// The items that a place was come to by, its own first, the first one last.
     #[inline(always)]
-    pub(super) fn upwards(&self, way: u32) -> impl Iterator<Item = u32> {
+    pub(super) fn upwards(&self, place: Place) -> impl Iterator<Item = u32> {
         let step = move |way: u32| (way != START).then(|| self.ways[way as usize]);
-        std::iter::successors(step(way), move |(before, _)| step(*before)).map(|(_, item)| item)
+        let above = std::iter::successors(step(place.way), move |(before, _)| step(*before));
+        std::iter::once(place.item).chain(above.map(|(_, item)| item))
     }
 
-    /// The items that a place was come to by, the first one first, and its own.
+    /// The same items, the first one first.
     pub(super) fn items(&self, place: Place, items: &mut Vec<u32>) {
         items.clear();
-        items.push(place.item);
-        items.extend(self.upwards(place.way));
+        items.extend(self.upwards(place));
         items.reverse();
     }
 

@@ -127,6 +127,7 @@ impl Accelerated {
             counters: Counters::default(),
             items: Vec::new(),
             paints: Vec::new(),
+            last: None,
         }
     }
 }
@@ -143,6 +144,8 @@ pub struct Tracer<'a> {
     counters: Counters,
     items: Vec<u32>,
     paints: Vec<u32>,
+    /// What was named last.
+    last: Option<Place>,
 }
 
 impl Tracer<'_> {
@@ -235,6 +238,7 @@ impl Tracer<'_> {
     fn hit(&mut self, lane: usize, world_ray: &Ray) -> Option<Hit> {
         let t = self.hits.t.0[lane];
         let place = self.hits.found(lane).map(|place| self.face(place, world_ray, t))?;
+        self.last = Some(place);
         let compiled = &self.scene.compiled;
         let item = &compiled.items[place.item as usize];
         let Content::Shape(shape) = item.content else {
@@ -249,7 +253,7 @@ impl Tracer<'_> {
         let mut normal = if place.turned { -end.normal } else { end.normal };
         let mut depth = 0;
         self.paints.clear();
-        for item in std::iter::once(place.item).chain(self.hits.upwards(place.way)) {
+        for item in self.hits.upwards(place) {
             let item = &compiled.items[item as usize];
             normal = item.item_from_super.matrix3.transpose() * normal;
             depth += item.depth;
@@ -281,6 +285,13 @@ impl Tracer<'_> {
         let into =
             |ray: Ray, item: &u32| transform(&ray, &scene.compiled.items[*item as usize].item_from_super);
         items.iter().fold(*world_ray, into)
+    }
+
+    /// The state of the last S-node on the way to what was hit last, by its place among all states.
+    pub(crate) fn last_symbol(&self) -> Option<u32> {
+        let symbols = &self.scene.compiled.symbols;
+        let place = self.last?;
+        self.hits.upwards(place).find_map(|item| symbols[item as usize])
     }
 
     /// What was counted since the tracer was made or its counters were taken.

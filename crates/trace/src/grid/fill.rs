@@ -24,6 +24,8 @@ pub(super) struct EntryState {
     pub(super) state: u32,
     /// S-nodes passed on the way from the root.
     pub(super) depth: u32,
+    /// The state of the last of these, by its place among all states.
+    pub(super) symbol: Option<u32>,
     pub(super) state_from_world: DAffine3,
     pub(super) surface: Surface,
 }
@@ -47,6 +49,7 @@ struct Arrival {
     /// Its index.
     target: u32,
     depth: u32,
+    symbol: Option<u32>,
     world_from_state: DAffine3,
     state_from_world: DAffine3,
     surface: Surface,
@@ -158,8 +161,8 @@ impl Filling {
             let touched = lattice.touched(&arrival.bounds);
             let inside = touched.filter(|(_, voxel)| touches(bounds, &arrival.state_from_world, voxel));
             all.touches.extend(inside.map(|(voxel, _)| (index(voxel), entry)));
-            let Arrival { target, depth, state_from_world, surface, .. } = arrival;
-            all.entries.push(EntryState { state: target, depth, state_from_world, surface });
+            let Arrival { target, depth, symbol, state_from_world, surface, .. } = arrival;
+            all.entries.push(EntryState { state: target, depth, symbol, state_from_world, surface });
             if all.entries.len() * size_of::<EntryState>() + all.touches.len() * size_of::<u32>() > affordable
             {
                 return None;
@@ -201,6 +204,7 @@ impl Arrival {
         Self {
             target: root.target,
             depth: root.depth,
+            symbol: root.symbol,
             world_from_state: root.above_from_target,
             state_from_world: root.target_from_above,
             surface,
@@ -216,6 +220,7 @@ impl Arrival {
         Self {
             target: part.target,
             depth: self.depth + part.depth,
+            symbol: part.symbol.or(self.symbol),
             world_from_state,
             state_from_world: part.target_from_above * self.state_from_world,
             surface,

@@ -91,6 +91,10 @@ impl<'a> Grid<'a> {
         self.voxels.entries.len()
     }
 
+    pub(crate) fn graph(&self) -> &'a Graph {
+        self.graph
+    }
+
     /// A tracer; each thread has its own.
     pub fn tracer(&self) -> GridTracer<'_> {
         GridTracer {
@@ -100,6 +104,7 @@ impl<'a> Grid<'a> {
             ray_number: 0,
             limit: f64::INFINITY,
             best: None,
+            last_symbol: None,
         }
     }
 }
@@ -116,6 +121,8 @@ pub struct GridTracer<'a> {
     limit: f64,
     /// That hit in the frame of its entry state, which has the number.
     best: Option<(u32, Hit)>,
+    /// The state of the last S-node on the path to it.
+    last_symbol: Option<u32>,
 }
 
 impl<'a> GridTracer<'a> {
@@ -134,6 +141,16 @@ impl<'a> GridTracer<'a> {
     pub fn occluded(&mut self, ray: &Ray, end: f64) -> bool {
         self.walk.counters_mut().shadow_rays += 1;
         self.trace(ray, end, Self::meets)
+    }
+
+    /// The walks that answer.
+    pub(crate) fn walk_mut(&mut self) -> &mut Walk<'a> {
+        &mut self.walk
+    }
+
+    /// The state of the last S-node on the path to the last hit, if there is one and the walk numbers states.
+    pub(crate) fn last_symbol(&self) -> Option<u32> {
+        self.last_symbol
     }
 
     /// What was counted since the tracer was made or its counters were taken. Recursion is counted from entry states on.
@@ -182,6 +199,7 @@ impl<'a> GridTracer<'a> {
             {
                 self.limit = hit.t;
                 self.best = Some((entry, hit));
+                self.last_symbol = self.walk.last_symbol().or(self.voxels.entries[entry as usize].symbol);
             }
         }
         false
