@@ -8,7 +8,7 @@ use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use csg_graph_trace::{Film, Probe, Settings, render, survey};
+use csg_graph_trace::{DEFAULT_BOUNCES, Film, Integrator, Probe, Settings, render, survey};
 use image::{ImageError, ImageFormat, RgbImage};
 
 use crate::args::{PictureFormat, RenderArgs};
@@ -110,7 +110,19 @@ fn settings(loaded: &Loaded, args: &RenderArgs) -> Settings {
         None => (image.width.unwrap_or(DEFAULT_SIZE), image.height.unwrap_or(DEFAULT_SIZE)),
     };
     let samples = args.samples.or(image.samples).unwrap_or(DEFAULT_SAMPLES);
-    Settings { width, height, samples, view: args.view.into() }
+    let integrator =
+        args.integrator.map(Integrator::from).or(image.integrator.map(|integrator| match integrator {
+            csg_graph_grammar::Integrator::Path => Integrator::Path,
+            _ => Integrator::Direct,
+        }));
+    Settings {
+        width,
+        height,
+        samples,
+        view: args.view.into(),
+        integrator: integrator.unwrap_or_default(),
+        bounces: args.bounces.or(image.bounces).unwrap_or(DEFAULT_BOUNCES),
+    }
 }
 
 fn to_image(film: &Film) -> RgbImage {

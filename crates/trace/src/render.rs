@@ -8,16 +8,22 @@ use rayon::prelude::*;
 
 use crate::camera::{CameraError, Lens};
 use crate::engine::{Engine, Tracer};
-use crate::shade::Shader;
+use crate::integrate::Illumination;
 use crate::tiles::{Tile, Tiles};
 use crate::view::{Exposure, Extremes, Latent};
-use crate::{Camera, Counters, Film, Hit, Light, Ray, View, sampling};
+use crate::{Camera, Counters, Film, Hit, Integrator, Light, Ray, Sky, View, sampling};
 
 /// The most pixels that a picture may have: 8192 by 8192. While it is made, a pixel takes 32 bytes.
 pub const MAX_PIXELS: u64 = 1 << 26;
 
 /// The most samples that a pixel may have. More would change no byte of a picture.
 pub const MAX_SAMPLES: u32 = 4096;
+
+/// The most bounces. More would change no byte of most pictures.
+pub const MAX_BOUNCES: u32 = 1024;
+
+/// The bounces of a picture for which nobody asked for any.
+pub const DEFAULT_BOUNCES: u32 = 16;
 
 /// What a picture is of.
 #[derive(Clone, Debug)]
@@ -29,13 +35,13 @@ pub struct World<'a> {
     pub camera: Camera,
     /// All lights. Without any, only the ambient part of surfaces is seen; see [`Light::over_shoulder`].
     pub lights: Vec<Light>,
-    /// The colour where there is no solid, in linear light.
-    pub background: DVec3,
+    /// What is seen where there is no solid, and lights it by [`Integrator::Path`].
+    pub background: Sky,
 }
 
 impl World<'_> {
     /// A pale sky.
-    pub const DEFAULT_BACKGROUND: DVec3 = DVec3::new(0.55, 0.70, 0.90);
+    pub const DEFAULT_BACKGROUND: Sky = Sky::uniform(DVec3::new(0.55, 0.70, 0.90));
 }
 
 /// What the picture is like.
@@ -49,6 +55,11 @@ pub struct Settings {
     pub samples: u32,
     /// What it shows.
     pub view: View,
+    /// How its light is computed.
+    pub integrator: Integrator,
+    /// How often light is followed from one surface to the next: mirrors and glass for [`Integrator::Direct`], all surfaces
+    /// for [`Integrator::Path`]. With one bounce, surfaces are lit by what shines of itself.
+    pub bounces: u32,
 }
 
 /// Why there is no picture.
@@ -68,6 +79,12 @@ pub enum RenderError {
     Samples {
         /// The number that was asked for.
         samples: u32,
+    },
+    /// The number of bounces is 0 or more than [`MAX_BOUNCES`].
+    #[error("light bounces 1 to {MAX_BOUNCES} times, not {bounces}")]
+    Bounces {
+        /// The number that was asked for.
+        bounces: u32,
     },
     /// The camera shows nothing.
     #[error(transparent)]
@@ -92,10 +109,13 @@ pub fn render(
     settings: &Settings,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<(Film, Counters), RenderError> {
-    let Settings { width, height, samples, view } = *settings;
+    let Settings { width, height, samples, view, bounces, .. } = *settings;
     check_size(width, height)?;
     if samples == 0 || samples > MAX_SAMPLES {
         return Err(RenderError::Samples { samples });
+    }
+    if bounces == 0 || bounces > MAX_BOUNCES {
+        return Err(RenderError::Bounces { bounces });
     }
     let painter = Painter { world, settings, lens: world.camera.lens(width, height)? };
 
@@ -104,7 +124,7 @@ pub fn render(
     let painted: Vec<Painted> = (0..tiles.count())
         .into_par_iter()
         .map_init(
-            || Brush::new(world.engine),
+            || Brush::new(world, settings),
             |brush, index| {
                 let painted = painter.paint(brush, &tiles.tile(index))?;
                 let pixels = painted.pixels.len() as u64;
@@ -174,23 +194,22 @@ impl Painter<'_> {
         extremes: &mut Extremes,
     ) -> Result<(), EvalError> {
         let Settings { samples, view, .. } = *self.settings;
-        let Brush { tracer, shader, pixels, rays, hits, colours } = brush;
+        let Brush { tracer, illumination, pixels, rays, hits, colours } = brush;
         let tests_before = tracer.counters().tests();
-        for sample in sampling::places(samples) {
+        for (sample, offset) in (0..).zip(sampling::places(samples)) {
             rays.clear();
             rays.extend(
-                pixels.iter().map(|(x, y)| self.lens.ray(f64::from(*x) + sample.x, f64::from(*y) + sample.y)),
+                pixels.iter().map(|(x, y)| self.lens.ray(f64::from(*x) + offset.x, f64::from(*y) + offset.y)),
             );
             tracer.nearest(rays, hits)?;
             let missed = tracer.missed_depth();
             if matches!(view, View::Shaded | View::Plate | View::Cost) {
-                shader.shade(tracer, &self.world.lights, rays, hits, colours)?;
+                illumination.colours(tracer, pixels, sample, rays, hits, colours)?;
             }
             for (lane, (pixel, hit)) in pixels.iter().zip(hits.iter()).enumerate() {
                 let exposure = &mut exposures[place(*pixel)];
                 match (view, hit) {
-                    (View::Shaded | View::Plate, Some(_)) => exposure.colour(colours[lane]),
-                    (View::Shaded, None) => exposure.colour(self.world.background),
+                    (View::Shaded, _) | (View::Plate, Some(_)) => exposure.colour(colours[lane]),
                     (View::Plate, None) => exposure.missed(missed, extremes),
                     (View::Normal, Some(hit)) => exposure.normal(hit.normal),
                     (View::Depth, Some(hit)) => exposure.depth(hit.t, extremes),
@@ -209,7 +228,7 @@ impl Painter<'_> {
 /// What a thread paints with: a tracer, and memory for the rays that it traces together.
 struct Brush<'a> {
     tracer: Tracer<'a>,
-    shader: Shader,
+    illumination: Illumination,
     pixels: Vec<(u32, u32)>,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
@@ -217,10 +236,10 @@ struct Brush<'a> {
 }
 
 impl<'a> Brush<'a> {
-    fn new(engine: Engine<'a>) -> Self {
+    fn new(world: &World<'a>, settings: &Settings) -> Self {
         Self {
-            tracer: engine.tracer(),
-            shader: Shader::default(),
+            tracer: world.engine.tracer(),
+            illumination: Illumination::new(world, settings),
             pixels: Vec::new(),
             rays: Vec::new(),
             hits: Vec::new(),

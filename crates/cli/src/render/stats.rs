@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use csg_graph_trace::{Counters, Settings};
+use csg_graph_trace::{Counters, Integrator, Settings};
 use serde::Serialize;
 
 use crate::args::{EngineArg, MethodArg};
@@ -15,6 +15,8 @@ pub(super) struct Stats {
     width: u32,
     height: u32,
     samples: u32,
+    integrator: &'static str,
+    bounces: u32,
     engine: String,
     boxes: &'static str,
     /// What the engine takes besides the graph.
@@ -60,6 +62,11 @@ impl Stats {
             width: settings.width,
             height: settings.height,
             samples: settings.samples,
+            integrator: match settings.integrator {
+                Integrator::Path => "path",
+                _ => "direct",
+            },
+            bounces: settings.bounces,
             engine: prepared.kind().to_string(),
             boxes: prepared.method.map_or("none", MethodArg::name),
             bytes: prepared.bytes(),

@@ -240,7 +240,8 @@ impl Tracer<'_> {
         self.counters.primitive_tests += work.primitives + solids.primitives;
     }
 
-    /// What a lane has hit.
+    /// What a lane has hit. Inlined, as hits are too large to be moved for nothing.
+    #[inline(always)]
     fn hit(&mut self, lane: usize, world_ray: &Ray) -> Option<Hit> {
         let place = self.hits.found(lane)?;
         self.hits.items(place, &mut self.items);

@@ -1,23 +1,21 @@
 //! Local shading: ambient, diffuse, and a highlight (Phong), with shadows.
 //!
+//! What a surface without metal, glass and light of its own shows is
+//!
 //! ```text
 //! pigment · (ambient + Σ diffuse · max(0, N·L) · visible · light) + Σ specular · max(0, R·V)^shininess · visible · light
 //! ```
 //!
 //! Surfaces are two-sided: N is turned to face the viewer. L points to the light, R is L mirrored about N, V points to the
-//! viewer. A surface without attributes under one white light is pigment · (0.2 + 0.8 · max(0, N·L) · visible).
+//! viewer. Where metal or glass covers a part of the surface, pigment counts that much less; emission adds to the brackets. A
+//! surface without attributes under one white light is pigment · (0.2 + 0.8 · max(0, N·L) · visible).
 
 use csg_graph::EvalError;
 use glam::DVec3;
 
+use super::Place;
 use crate::engine::Tracer;
 use crate::{Hit, Light, Ray};
-
-/// How far shadow rays start off the surface, relative to the coordinates of the hit and of the ray's origin.
-///
-/// A hit is off its surface by some ulps of these, more after badly conditioned transformations. This is about a million
-/// ulps, and far below what a pixel covers in a picture of the whole.
-const OFFSET: f64 = 1e-10;
 
 /// Shades several hits together, so that their shadow rays can be traced together.
 #[derive(Debug, Default)]
@@ -34,9 +32,8 @@ pub(crate) struct Shader {
 struct Point {
     /// Its number among the rays.
     ray: usize,
+    place: Place,
     start: DVec3,
-    normal: DVec3,
-    to_viewer: DVec3,
     gain: Gain,
 }
 
@@ -68,15 +65,15 @@ impl Shader {
             for (number, point) in self.points.iter_mut().enumerate() {
                 let surface = &hits[point.ray].as_ref().expect("points are hits").surface;
                 let Some((to_light, distance)) = light.way_from(point.start) else { continue };
-                let facing = point.normal.dot(to_light);
+                let facing = point.place.normal.dot(to_light);
                 if facing <= 0.0 {
                     continue;
                 }
                 let mut gain =
                     Gain { matt: light.colour * (surface.diffuse * facing), highlight: DVec3::ZERO };
                 if surface.specular != 0.0 {
-                    let mirrored = point.normal * (2.0 * facing) - to_light;
-                    let lobe = libm::pow(mirrored.dot(point.to_viewer).max(0.0), surface.shininess);
+                    let mirrored = point.place.normal * (2.0 * facing) - to_light;
+                    let lobe = libm::pow(mirrored.dot(point.place.to_viewer).max(0.0), surface.shininess);
                     gain.highlight = light.colour * (surface.specular * lobe);
                 }
                 if light.shadow {
@@ -97,8 +94,9 @@ impl Shader {
         colours.clear();
         colours.resize(rays.len(), DVec3::ZERO);
         for point in &self.points {
-            let pigment = hits[point.ray].as_ref().expect("points are hits").surface.pigment;
-            colours[point.ray] = pigment * point.gain.matt + point.gain.highlight;
+            let surface = &hits[point.ray].as_ref().expect("points are hits").surface;
+            let matt = point.gain.matt * surface.matt() + surface.emission;
+            colours[point.ray] = surface.pigment * matt + point.gain.highlight;
         }
         Ok(())
     }
@@ -106,12 +104,9 @@ impl Shader {
 
 impl Point {
     fn new(number: usize, ray: &Ray, hit: &Hit) -> Self {
-        let to_viewer = -ray.direction.normalize_or_zero();
-        let normal = if hit.normal.dot(to_viewer) < 0.0 { -hit.normal } else { hit.normal };
-        let size = hit.point.abs().max(ray.origin.abs()).max_element();
-        let start = hit.point + normal * (OFFSET * size);
+        let place = Place::new(ray, hit);
         let gain = Gain { matt: DVec3::splat(hit.surface.ambient), highlight: DVec3::ZERO };
-        Self { ray: number, start, normal, to_viewer, gain }
+        Self { ray: number, place, start: place.before(), gain }
     }
 }
 
