@@ -1,10 +1,7 @@
 //! What must not change a picture, and what boxes are for.
 
 use csg_graph_bounds::{HyperBoxes, chain, conventional, exact};
-use csg_graph_trace::{
-    Accelerated, Camera, Counters, DEFAULT_BOUNCES, Engine, Film, Integrator, Light, Settings, View, World,
-    render,
-};
+use csg_graph_trace::{Accelerated, Camera, Counters, Engine, Film, Light, Settings, World, render};
 
 use crate::scene;
 use crate::scenes::{corpus, smaller};
@@ -31,14 +28,7 @@ fn picture(name: &str, set: &[String], choice: Choice, threads: usize) -> (Film,
         lights: vec![Light::over_shoulder(&camera)],
         background: World::DEFAULT_BACKGROUND,
     };
-    let settings = Settings {
-        width: 64,
-        height: 64,
-        samples: 2,
-        view: View::Shaded,
-        integrator: Integrator::Direct,
-        bounces: DEFAULT_BOUNCES,
-    };
+    let settings = Settings { width: 64, height: 64, samples: 2, ..Settings::default() };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
     pool.install(|| render(&world, &settings, &|_| {})).expect("the scene renders")
 }

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
-use csg_graph_trace::{DEFAULT_BOUNCES, Integrator, PrimaryPass, Settings, View, primary, render};
+use csg_graph_trace::{PrimaryPass, Settings, primary, render};
 use rayon::ThreadPool;
 use serde::Serialize;
 
@@ -55,14 +55,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
 
     let world = stage.world();
     let pool = stage.threads(args.threads)?;
-    let settings = Settings {
-        width,
-        height,
-        samples: 1,
-        view: View::Shaded,
-        integrator: Integrator::Direct,
-        bounces: DEFAULT_BOUNCES,
-    };
+    let settings = Settings { width, height, samples: 1, ..Settings::default() };
     let (primary_times, pass) =
         repeat(args.reps, &pool, || primary(&world, width, height)).map_err(|error| stage.failure(error))?;
     let (image_times, _) = repeat(args.reps, &pool, || render(&world, &settings, &|_| {}))

@@ -8,7 +8,7 @@ use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use csg_graph_trace::{DEFAULT_BOUNCES, Film, Integrator, Probe, Settings, render, survey};
+use csg_graph_trace::{Film, Integrator, Probe, Settings, render, survey};
 use image::{ImageError, ImageFormat, RgbImage};
 
 use crate::args::{PictureFormat, RenderArgs};
@@ -17,11 +17,6 @@ use crate::progress::Bar;
 use crate::stage::Stage;
 use crate::{Failure, output, progress};
 use stats::Stats;
-
-/// The size of a picture that nobody asked for, in pixels.
-const DEFAULT_SIZE: u32 = 512;
-/// The rays a pixel that nobody asked for.
-const DEFAULT_SAMPLES: u32 = 4;
 
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     // What is wrong with the arguments is said before anything of the file.
@@ -105,23 +100,27 @@ fn trace(loaded: &Loaded, args: &RenderArgs, has_layers: bool) -> Result<Picture
 /// What the command line says, or else the file, or else the defaults.
 fn settings(loaded: &Loaded, args: &RenderArgs) -> Settings {
     let image = &loaded.scene.look.image;
+    let default = Settings::default();
     let (width, height) = match args.size {
         Some(size) => (size.width, size.height),
-        None => (image.width.unwrap_or(DEFAULT_SIZE), image.height.unwrap_or(DEFAULT_SIZE)),
+        None => (image.width.unwrap_or(default.width), image.height.unwrap_or(default.height)),
     };
-    let samples = args.samples.or(image.samples).unwrap_or(DEFAULT_SAMPLES);
-    let integrator =
-        args.integrator.map(Integrator::from).or(image.integrator.map(|integrator| match integrator {
-            csg_graph_grammar::Integrator::Path => Integrator::Path,
-            _ => Integrator::Direct,
-        }));
+    let asked = args.integrator.map(Integrator::from).or(image.integrator.map(integrator));
     Settings {
         width,
         height,
-        samples,
+        samples: args.samples.or(image.samples).unwrap_or(default.samples),
         view: args.view.into(),
-        integrator: integrator.unwrap_or_default(),
-        bounces: args.bounces.or(image.bounces).unwrap_or(DEFAULT_BOUNCES),
+        integrator: asked.unwrap_or(default.integrator),
+        bounces: args.bounces.or(image.bounces).unwrap_or(default.bounces),
+    }
+}
+
+/// The integrator that a file asks for.
+fn integrator(asked: csg_graph_grammar::Integrator) -> Integrator {
+    match asked {
+        csg_graph_grammar::Integrator::Path => Integrator::Path,
+        _ => Integrator::Direct,
     }
 }
 

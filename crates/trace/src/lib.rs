@@ -108,9 +108,7 @@ pub use integrate::Integrator;
 pub use light::{Light, LightSource};
 pub use primary::{PrimaryPass, Probe, primary, survey};
 pub use ray::Ray;
-pub use render::{
-    DEFAULT_BOUNCES, MAX_BOUNCES, MAX_PIXELS, MAX_SAMPLES, RenderError, Settings, World, render,
-};
+pub use render::{MAX_BOUNCES, MAX_PIXELS, MAX_SAMPLES, RenderError, Settings, World, render};
 pub use sky::{Sky, Sun};
 pub use surface::{Hit, Surface};
 pub use view::View;

@@ -22,9 +22,6 @@ pub const MAX_SAMPLES: u32 = 4096;
 /// The most bounces. More would change no byte of most pictures.
 pub const MAX_BOUNCES: u32 = 1024;
 
-/// The bounces of a picture for which nobody asked for any.
-pub const DEFAULT_BOUNCES: u32 = 16;
-
 /// What a picture is of.
 #[derive(Clone, Debug)]
 pub struct World<'a> {
@@ -60,6 +57,20 @@ pub struct Settings {
     /// How often light is followed from one surface to the next: mirrors and glass for [`Integrator::Direct`], all surfaces
     /// for [`Integrator::Path`]. With one bounce, surfaces are lit by what shines of itself.
     pub bounces: u32,
+}
+
+impl Default for Settings {
+    /// What `pcsg render` takes where nobody asks for anything.
+    fn default() -> Self {
+        Self {
+            width: 512,
+            height: 512,
+            samples: 4,
+            view: View::Shaded,
+            integrator: Integrator::Direct,
+            bounces: 16,
+        }
+    }
 }
 
 /// Why there is no picture.

@@ -5,8 +5,8 @@ use std::sync::Mutex;
 use csg_graph::{AttributeTerm, Expr, Graph, GraphBuilder, Operator, PrimitiveKind, TransformKind};
 use csg_graph_bounds::{HyperBoxes, Limits, chain, conventional, exact};
 use csg_graph_trace::{
-    Accelerated, Camera, DEFAULT_BOUNCES, Engine, Film, Integrator, Light, LightSource, MAX_PIXELS,
-    RenderError, Settings, View, Walk, World, primary, render, survey,
+    Accelerated, Camera, Engine, Film, Integrator, Light, LightSource, MAX_PIXELS, RenderError, Settings,
+    View, Walk, World, primary, render, survey,
 };
 use glam::DVec3;
 
@@ -16,7 +16,7 @@ const SETTINGS: Settings = Settings {
     samples: 1,
     view: View::Shaded,
     integrator: Integrator::Direct,
-    bounces: DEFAULT_BOUNCES,
+    bounces: 16,
 };
 
 /// A tower of `levels` bitten cubes, each turned and 0.7 times as large as the one below.

@@ -156,3 +156,112 @@ impl Scattered {
 fn reflected(direction: DVec3, normal: DVec3) -> DVec3 {
     normal * (2.0 * normal.dot(direction)) - direction
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrate::sampler::Sampler;
+
+    const SAMPLES: u32 = 4096;
+
+    fn bsdf(surface: &Surface, angle: f64, ratio: f64) -> Bsdf {
+        let normal = DVec3::new(2.0, -3.0, 6.0) / 7.0;
+        let (sin, cos) = libm::sincos(angle.to_radians());
+        let to_viewer = warp::upright(normal, DVec3::new(0.6 * sin, 0.8 * sin, cos));
+        Bsdf::new(surface, &Place { point: DVec3::ZERO, normal, to_viewer, offset: 0.0 }, ratio)
+    }
+
+    fn white() -> Surface {
+        Surface { diffuse: 1.0, ..Surface::default() }
+    }
+
+    /// What the viewer sees of it where light of 1 comes from everywhere.
+    fn furnace(surface: &Surface, angle: f64, ratio: f64) -> f64 {
+        let bsdf = bsdf(surface, angle, ratio);
+        let seen = |sample| {
+            let sampler = Sampler::new((1, 1), sample);
+            let scattered = bsdf.sample(sampler.square(0).x, sampler.square(1));
+            scattered.map_or(0.0, |scattered| scattered.weight.y)
+        };
+        (0..SAMPLES).map(seen).sum::<f64>() / f64::from(SAMPLES)
+    }
+
+    #[test]
+    fn in_a_white_furnace_white_is_not_seen() {
+        let metal = Surface { metal: 1.0, ..white() };
+        let glass = Surface { glass: 1.0, ..white() };
+        let mixed = Surface { metal: 0.3, glass: 0.4, ..white() };
+        for (surface, angle) in [white(), metal, glass, mixed]
+            .into_iter()
+            .flat_map(|surface| [0.0, 40.0, 85.0].map(|a| (surface, a)))
+        {
+            for ratio in [1.0 / 1.5, 1.5] {
+                let seen = furnace(&surface, angle, ratio);
+                assert!((seen - 1.0).abs() < 1e-12, "{surface:?} at {angle}: {seen}");
+            }
+        }
+    }
+
+    /// What is lost goes from facet to facet; straight on and at the greatest roughness, 1 − ln 2 remains.
+    #[test]
+    fn rough_metal_gives_back_no_more_than_it_gets() {
+        let seen = |roughness, angle| furnace(&Surface { metal: 1.0, roughness, ..white() }, angle, 1.0);
+        for roughness in [0.01, 0.2, 0.4, 0.7, 1.0] {
+            for angle in [0.0, 40.0, 85.0] {
+                assert!(seen(roughness, angle) < 1.0 + 1e-9, "roughness {roughness} at {angle}");
+            }
+        }
+        assert!((seen(1.0, 0.0) - (1.0 - std::f64::consts::LN_2)).abs() < 1e-3);
+        for (roughness, least) in [(0.01, 0.9999), (0.2, 0.99), (0.4, 0.95), (0.7, 0.65)] {
+            assert!(seen(roughness, 40.0) > least, "roughness {roughness}");
+        }
+    }
+
+    /// The light of a sky of some pattern, once from directions as they are drawn, once from directions all alike.
+    #[test]
+    fn what_is_drawn_is_what_is_evaluated() {
+        let pattern = |direction: DVec3| 1.0 + direction.x + direction.y * direction.z;
+        let rough = Surface { metal: 0.6, roughness: 0.5, pigment: DVec3::new(0.9, 0.6, 0.2), ..white() };
+        let mixed = Surface { glass: 0.5, ..rough };
+        for (surface, angle) in
+            [rough, mixed].into_iter().flat_map(|surface| [0.0, 50.0, 75.0].map(|a| (surface, a)))
+        {
+            let bsdf = bsdf(&surface, angle, 1.0);
+            let (mut drawn, mut even, mut density) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+            for sample in 0..SAMPLES {
+                let sampler = Sampler::new((7, 7), sample);
+                let (part, square) = (sampler.square(0).x, sampler.square(1));
+                if let Some(scattered) = bsdf.sample(part, square)
+                    && let Some(density) = scattered.density
+                {
+                    drawn += scattered.weight * pattern(scattered.direction);
+                    let (light, same) = bsdf.evaluate(scattered.direction);
+                    assert!(
+                        (light / same).distance(scattered.weight) < 1e-12
+                            && (same - density).abs() < 1e-9 * same
+                    );
+                }
+                // Over the hemisphere, whose solid angle is 2π.
+                let direction = warp::upright(bsdf.normal, hemisphere(square));
+                let (light, own) = bsdf.evaluate(direction);
+                even += light * (2.0 * PI * pattern(direction));
+                density += own * 2.0 * PI;
+            }
+            let count = f64::from(SAMPLES);
+            assert!(
+                (drawn - even).abs().max_element() < 0.02 * count,
+                "{angle}: {} {}",
+                drawn / count,
+                even / count
+            );
+            // Of what the facets show, some is below the horizon.
+            assert!(density < (1.0 - bsdf.glass) * 1.01 * count, "{angle}: {}", density / count);
+        }
+    }
+
+    fn hemisphere(square: DVec2) -> DVec3 {
+        let (sin, cos) = libm::sincos(2.0 * PI * square.y);
+        let radius = (1.0 - square.x * square.x).sqrt();
+        DVec3::new(radius * cos, radius * sin, square.x)
+    }
+}

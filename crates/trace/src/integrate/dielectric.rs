@@ -83,3 +83,51 @@ impl Media {
         self.0.last().map_or(1.0, |medium| medium.ior)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(angle: f64, ratio: f64) -> Refraction {
+        let (sin, cos) = libm::sincos(angle.to_radians());
+        Refraction::new(DVec3::new(sin, 0.0, cos), DVec3::Z, ratio)
+    }
+
+    #[test]
+    fn known_reflectances() {
+        // Straight on, ((n − 1) / (n + 1))², from either side.
+        for ratio in [1.0 / 1.5, 1.5] {
+            assert!((at(0.0, ratio).reflectance - 0.04).abs() < 1e-15);
+        }
+        // At Brewster's angle, tan = n, only light polarised across is reflected: half of ((n² − 1) / (n² + 1))².
+        let brewster = libm::atan(1.5).to_degrees();
+        let across = 1.25 / 3.25_f64;
+        assert!((at(brewster, 1.0 / 1.5).reflectance - 0.5 * across * across).abs() < 1e-15);
+        assert!((at(90.0, 1.0 / 1.5).reflectance - 1.0).abs() < 1e-12);
+        let none = at(63.0, 1.0);
+        assert!(none.reflectance < 1e-30 && none.direction.unwrap().x < 0.0);
+    }
+
+    #[test]
+    fn refraction_follows_snell_and_can_be_reversed() {
+        for (angle, ratio) in [(10.0, 1.0 / 1.33), (80.0, 1.0 / 2.4), (30.0, 1.5), (41.0, 1.5)] {
+            let refraction = at(angle, ratio);
+            let direction = refraction.direction.unwrap();
+            let sin = libm::sin(f64::to_radians(angle));
+            assert!((direction.x + ratio * sin).abs() < 1e-12 && direction.y == 0.0 && direction.z < 0.0);
+            let back = Refraction::new(direction, -DVec3::Z, 1.0 / ratio);
+            assert!((back.reflectance - refraction.reflectance).abs() < 1e-12);
+            assert!((back.direction.unwrap().x - sin).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn beyond_the_critical_angle_everything_is_reflected() {
+        let critical = libm::asin(1.0 / 1.5).to_degrees();
+        assert!(at(critical - 1e-6, 1.5).direction.is_some());
+        for angle in [critical + 1e-6, 60.0, 89.9] {
+            let total = at(angle, 1.5);
+            assert!(total.direction.is_none() && total.reflectance > 1.0 - 1e-15, "{angle}: {total:?}");
+        }
+    }
+}

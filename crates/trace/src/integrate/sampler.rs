@@ -75,8 +75,10 @@ mod tests {
                 let mut taken = [false; 64];
                 for sample in 0..64 {
                     let point = Sampler::new(pixel, sample).square(dimension);
-                    let cell = (point * DVec2::new(f64::from(columns), f64::from(rows))).as_uvec2();
-                    let place = cell.y * columns + cell.x;
+                    let part = |value: f64, parts: u32| {
+                        (1..=parts).find(|part| value * f64::from(parts) < f64::from(*part)).unwrap() - 1
+                    };
+                    let place = part(point.y, rows) * columns + part(point.x, columns);
                     assert!(!std::mem::replace(&mut taken[place as usize], true), "{columns} by {rows}");
                 }
             }
