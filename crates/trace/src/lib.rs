@@ -60,6 +60,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # Light
+//!
+//! The [`Integrator`] of the [`Settings`] makes light of hits: direct light with mirror images and refraction \[WHIT80\],
+//! or global illumination by paths drawn by chance \[KAJI86\], with the [`Sky`] and its sun, and surfaces that are matt,
+//! metal, glass, or shine themselves.
+//!
 //! # Where things are
 //!
 //! The graph stays as it is; a [`Walk`] is what a thread needs to ask it. Colours are linear light. The world is
@@ -69,6 +75,8 @@
 //! \[TRAX95\]: C. Traxler, M. Gervautz, *Calculation of Tight Bounding Volumes for Cyclic CSG-Graphs*, 1995.
 //! \[KAY86\]: T. L. Kay, J. T. Kajiya, *Ray tracing complex scenes*, 1986.
 //! \[FUJI86\]: A. Fujimoto, T. Tanaka, K. Iwata, *ARTS: Accelerated Ray-Tracing System*, 1986.
+//! \[WHIT80\]: T. Whitted, *An Improved Illumination Model for Shaded Display*, 1980.
+//! \[KAJI86\]: J. T. Kajiya, *The Rendering Equation*, 1986.
 //! \[HAIN19\]: E. Haines, J. Günther, T. Akenine-Möller, *Precision Improvements for Ray/Sphere Intersection*, 2019.
 
 #[cfg(doctest)]

@@ -16,10 +16,10 @@ use crate::{Camera, Counters, Film, Hit, Integrator, Light, Ray, Sky, View, samp
 /// The most pixels that a picture may have: 8192 by 8192. While it is made, a pixel takes 32 bytes.
 pub const MAX_PIXELS: u64 = 1 << 26;
 
-/// The most samples that a pixel may have. More would change no byte of a picture.
+/// The most samples that a pixel may have.
 pub const MAX_SAMPLES: u32 = 4096;
 
-/// The most bounces. More would change no byte of most pictures.
+/// The most bounces of light from surface to surface.
 pub const MAX_BOUNCES: u32 = 1024;
 
 /// What a picture is of.

@@ -22,6 +22,8 @@ pub(super) struct Bsdf {
     pigment: DVec3,
     /// How much of its light the matt part gives back, per channel.
     albedo: DVec3,
+    /// The three parts of the surface, which add up to 1.
+    matt: f64,
     metal: f64,
     glass: f64,
     /// None for a metal as smooth as a mirror.
@@ -51,15 +53,12 @@ impl Bsdf {
             to_viewer: place.to_viewer,
             pigment: surface.pigment,
             albedo: surface.pigment * surface.diffuse,
+            matt: surface.matt(),
             metal: surface.metal,
             glass: (1.0 - surface.metal) * surface.glass,
             microfacets: (surface.roughness > 0.0).then(|| Microfacets::new(surface.roughness)),
             ratio,
         }
-    }
-
-    fn matt(&self) -> f64 {
-        1.0 - self.metal - self.glass
     }
 
     /// The light that reaches the viewer from a direction, with the cosine, per radiance from there and solid angle; and the
@@ -70,8 +69,8 @@ impl Bsdf {
         if cos <= 0.0 || viewer_cos <= 0.0 {
             return (DVec3::ZERO, 0.0);
         }
-        let mut light = self.albedo * (self.matt() * cos / PI);
-        let mut density = self.matt() * warp::cosine_density(cos);
+        let mut light = self.albedo * (self.matt * cos / PI);
+        let mut density = self.matt * warp::cosine_density(cos);
         if let Some(microfacets) = self.microfacets
             && self.metal > 0.0
         {

@@ -5,7 +5,7 @@
 //! takes all, by chance. Both take the rays of a square of the picture together, bounce by bounce.
 //!
 //! - [`local`]: ambient, diffuse, highlight; [`bsdf`]: matt, metal ([`microfacet`]) and glass ([`dielectric`]).
-//! - [`sampler`], [`warp`]: numbers by chance, and directions made of them.
+//! - [`daylight`]: the sky, and the sun to aim at; [`sampler`], [`warp`]: numbers by chance, and directions made of them.
 
 mod bsdf;
 mod daylight;
