@@ -32,8 +32,9 @@ pub(crate) struct Shader {
 struct Point {
     /// Its number among the rays.
     ray: usize,
-    place: Place,
     start: DVec3,
+    normal: DVec3,
+    to_viewer: DVec3,
     gain: Gain,
 }
 
@@ -65,15 +66,15 @@ impl Shader {
             for (number, point) in self.points.iter_mut().enumerate() {
                 let surface = &hits[point.ray].as_ref().expect("points are hits").surface;
                 let Some((to_light, distance)) = light.way_from(point.start) else { continue };
-                let facing = point.place.normal.dot(to_light);
+                let facing = point.normal.dot(to_light);
                 if facing <= 0.0 {
                     continue;
                 }
                 let mut gain =
                     Gain { matt: light.colour * (surface.diffuse * facing), highlight: DVec3::ZERO };
                 if surface.specular != 0.0 {
-                    let mirrored = point.place.normal * (2.0 * facing) - to_light;
-                    let lobe = libm::pow(mirrored.dot(point.place.to_viewer).max(0.0), surface.shininess);
+                    let mirrored = point.normal * (2.0 * facing) - to_light;
+                    let lobe = libm::pow(mirrored.dot(point.to_viewer).max(0.0), surface.shininess);
                     gain.highlight = light.colour * (surface.specular * lobe);
                 }
                 if light.shadow {
@@ -106,7 +107,8 @@ impl Point {
     fn new(number: usize, ray: &Ray, hit: &Hit) -> Self {
         let place = Place::new(ray, hit);
         let gain = Gain { matt: DVec3::splat(hit.surface.ambient), highlight: DVec3::ZERO };
-        Self { ray: number, place, start: place.before(), gain }
+        let start = place.before();
+        Self { ray: number, start, normal: place.normal, to_viewer: place.to_viewer, gain }
     }
 }
 
