@@ -35,6 +35,8 @@ pub(crate) fn smaller(name: &str) -> Vec<String> {
         "sympodial" | "peers/sympodial" => vec!["cnt = 2".to_owned()],
         "sierpinski" | "peers/sierpinski" | "peers/sierpinski_tet" => vec!["n = 3".to_owned()],
         "cheese" => vec!["n = 2".to_owned()],
+        "daylight" => vec!["cnt = 2".to_owned(), "field = 2".to_owned()],
+        "still_life" => vec!["n = 2".to_owned(), "cones = 4".to_owned()],
         _ => vec![],
     }
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use csg_graph_trace::{FEWEST_SAMPLES, MAX_PIXELS, MAX_SAMPLES, View};
+use csg_graph_trace::{FEWEST_SAMPLES, Integrator, MAX_BOUNCES, MAX_PIXELS, MAX_SAMPLES, View};
 
 use crate::Failure;
 
@@ -36,6 +36,8 @@ Examples:
   pcsg render tree.pcsg --set cnt=5 -o 5.png   the same with another parameter
   pcsg render tree.pcsg -o tree.exr            colours beyond a screen's, with depth, normals, and more in layers
   pcsg render tree.pcsg --samples 1000         a long one: Ctrl-C keeps what there is, --resume goes on from it
+  pcsg render tree.pcsg --integrator path --samples 64
+                                               the same in the light of the sky, from surface to surface
   pcsg check tree.pcsg                         mistakes, or how large the thing is
   pcsg bounds tree.pcsg                        the bounding boxes of all nodes
   pcsg bounds tree.pcsg --compare              all methods and volumes side by side
@@ -144,6 +146,14 @@ pub struct RenderArgs {
     /// What the picture shows
     #[arg(long, value_enum, default_value_t)]
     pub view: ViewArg,
+    /// How light is computed; without it what the scene says, or direct
+    #[arg(long, value_enum)]
+    pub integrator: Option<IntegratorArg>,
+    /// How often light is followed from surface to surface; without it what the scene says, or 16
+    ///
+    /// For direct, mirrors and glass count; for path, all surfaces.
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_BOUNCES)))]
+    pub bounces: Option<u32>,
     /// What finds the hits.
     #[command(flatten)]
     pub engine: EngineArgs,
@@ -282,6 +292,25 @@ impl From<ViewArg> for View {
             ViewArg::Normal => Self::Normal,
             ViewArg::Depth => Self::Depth,
             ViewArg::Cost => Self::Cost,
+        }
+    }
+}
+
+/// How light is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum IntegratorArg {
+    /// Light from lights and the sun straight to the surface, with mirror images and refraction: sharp and quick
+    Direct,
+    /// Global illumination: light from the sky, the sun and emissive surfaces, and from one surface to another. Noisy with
+    /// few samples; take 64 or more
+    Path,
+}
+
+impl From<IntegratorArg> for Integrator {
+    fn from(integrator: IntegratorArg) -> Self {
+        match integrator {
+            IntegratorArg::Direct => Self::Direct,
+            IntegratorArg::Path => Self::Path,
         }
     }
 }

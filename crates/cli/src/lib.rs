@@ -26,8 +26,8 @@ use clap::CommandFactory;
 
 pub use args::{
     BenchArgs, BooleansArg, BoundsArgs, BoxesArg, CheckArgs, Cli, Command, EngineArg, EngineArgs, FmtArgs,
-    Format, GraphArgs, GraphFormat, MethodArg, RenderArgs, SceneArgs, Size, StepsArg, Sweep, ViewArg,
-    VolumeArg,
+    Format, GraphArgs, GraphFormat, IntegratorArg, MethodArg, RenderArgs, SceneArgs, Size, StepsArg, Sweep,
+    ViewArg, VolumeArg,
 };
 pub use failure::Failure;
 

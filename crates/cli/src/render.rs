@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use csg_graph_trace::{Film, LatentImage, Probe, Settings, survey};
+use csg_graph_trace::{Film, Integrator, LatentImage, Probe, Settings, survey};
 use image::{ImageError, ImageFormat, RgbImage};
 use rayon::ThreadPool;
 
@@ -23,10 +23,6 @@ use crate::{Failure, interrupt, output, progress, say};
 use checkpoint::Checkpoint;
 use stats::Stats;
 
-/// The size of a picture that nobody asked for, in pixels.
-const DEFAULT_SIZE: u32 = 512;
-/// The rays a pixel that nobody asked for.
-const DEFAULT_SAMPLES: u32 = 4;
 /// The most rays a pixel where noise decides, and nobody asked for more or less.
 const NOISY_SAMPLES: u32 = 256;
 /// How often a picture in the making is kept.
@@ -191,16 +187,34 @@ impl<'a> Work<'a> {
 /// What the command line says, or else the file, or else the defaults.
 fn settings(loaded: &Loaded, args: &RenderArgs) -> Settings {
     let image = &loaded.scene.look.image;
+    let default = Settings::default();
     let (width, height) = match args.size {
         Some(size) => (size.width, size.height),
-        None => (image.width.unwrap_or(DEFAULT_SIZE), image.height.unwrap_or(DEFAULT_SIZE)),
+        None => (image.width.unwrap_or(default.width), image.height.unwrap_or(default.height)),
     };
     let samples = match (args.samples, args.noise) {
         (Some(samples), _) => samples,
         (None, Some(_)) => NOISY_SAMPLES,
-        (None, None) => image.samples.unwrap_or(DEFAULT_SAMPLES),
+        (None, None) => image.samples.unwrap_or(default.samples),
     };
-    Settings { width, height, samples, noise: args.noise, view: args.view.into() }
+    let asked = args.integrator.map(Integrator::from).or(image.integrator.map(integrator));
+    Settings {
+        width,
+        height,
+        samples,
+        noise: args.noise,
+        view: args.view.into(),
+        integrator: asked.unwrap_or(default.integrator),
+        bounces: args.bounces.or(image.bounces).unwrap_or(default.bounces),
+    }
+}
+
+/// The integrator that a file asks for.
+fn integrator(asked: csg_graph_grammar::Integrator) -> Integrator {
+    match asked {
+        csg_graph_grammar::Integrator::Path => Integrator::Path,
+        _ => Integrator::Direct,
+    }
 }
 
 fn to_image(film: &Film) -> RgbImage {

@@ -3,10 +3,10 @@
 //! What the file does not say is chosen here. The choice depends on the solid alone and not on the engine or its boxes, so
 //! that these change no pixel.
 
-use csg_graph::Analysis;
+use csg_graph::{Analysis, AttributeTerm, Graph, Node};
 use csg_graph_bounds::{Aabb, root_box};
 use csg_graph_grammar::Look;
-use csg_graph_trace::{Camera, Light, LightSource, RenderError, World};
+use csg_graph_trace::{Camera, Light, LightSource, RenderError, Sky, Sun, World};
 use rayon::ThreadPool;
 
 use crate::args::Plan;
@@ -33,7 +33,7 @@ impl<'a> Stage<'a> {
             root.map(|root| root.aabb).map_err(|error| bounds::failure(loaded, error))
         };
         let camera = camera(&loaded.scene.look, aspect, framed)?;
-        let lights = lights(&loaded.scene.look, &camera);
+        let lights = lights(&loaded.scene.look, &loaded.scene.graph, &camera);
         Ok(Self { loaded, analysis, prepared, camera, lights })
     }
 
@@ -42,7 +42,7 @@ impl<'a> Stage<'a> {
             engine: self.prepared.engine(),
             camera: self.camera,
             lights: self.lights.clone(),
-            background: self.loaded.scene.look.background.unwrap_or(World::DEFAULT_BACKGROUND),
+            background: background(&self.loaded.scene.look),
         }
     }
 
@@ -81,9 +81,27 @@ fn camera(
     })
 }
 
-/// The lights of the file, or the sun over the camera's shoulder.
-fn lights(look: &Look, camera: &Camera) -> Vec<Light> {
-    if look.lights.is_empty() {
+/// The sky of the file, completed, or the colour of its background.
+fn background(look: &Look) -> Sky {
+    let Some(asked) = look.sky else {
+        return look.background.map_or(World::DEFAULT_BACKGROUND, Sky::uniform);
+    };
+    let mut sky = Sky::CLEAR;
+    sky.zenith = asked.zenith.unwrap_or(sky.zenith);
+    sky.horizon = asked.horizon.unwrap_or(sky.horizon);
+    sky.ground = asked.ground.unwrap_or(sky.ground);
+    sky.sun = asked.sun.map(|direction| Sun {
+        direction,
+        colour: asked.sunlight.unwrap_or(glam::DVec3::ONE),
+        diameter: asked.disc.unwrap_or(Sun::DIAMETER),
+    });
+    sky
+}
+
+/// The lights of the file. If it has none, and nothing else that shines, one over the camera's shoulder.
+fn lights(look: &Look, graph: &Graph, camera: &Camera) -> Vec<Light> {
+    let has_sun = look.sky.is_some_and(|sky| sky.sun.is_some());
+    if look.lights.is_empty() && !has_sun && !is_emissive(graph) {
         return vec![Light::over_shoulder(camera)];
     }
     let light = |light: &csg_graph_grammar::Light| Light {
@@ -95,4 +113,13 @@ fn lights(look: &Look, camera: &Camera) -> Vec<Light> {
         shadow: light.shadow,
     };
     look.lights.iter().map(light).collect()
+}
+
+/// Whether any surface is painted with light of its own.
+fn is_emissive(graph: &Graph) -> bool {
+    let emits = |node: &Node| match node {
+        Node::Attribute(node) => node.terms.iter().any(|(term, _)| *term == AttributeTerm::Emission),
+        _ => false,
+    };
+    graph.nodes().any(|(_, node)| emits(node))
 }

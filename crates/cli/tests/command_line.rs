@@ -110,6 +110,38 @@ fn engines_make_the_same_picture_and_say_what_they_took() {
 }
 
 #[test]
+fn light_is_computed_as_the_scene_or_the_command_line_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = "{} material(emission = 0.25, diffuse = 1) color(0.5, 1, 0) (cube \\ uscale(0.9) sphere)
+                 camera { eye = (0, 0, 0); target = (0, 1, 0); }
+                 image { integrator = path; bounces = 2; samples = 16; width = 8; height = 8; }";
+    fs::write(folder.path().join("room.pcsg"), scene).unwrap();
+    // Emission and what comes of it by so many bounces off an albedo of 1/2: light everywhere, and no noise.
+    let render = |arguments: &[&str]| -> (f64, Value) {
+        let args = [&["render", "room.pcsg", "-o", "a.png", "--stats", "a.json"][..], arguments].concat();
+        let (code, _, err, _) = run_in(folder.path(), &args);
+        assert_eq!((code, err.as_str()), (0, ""));
+        let picture = image::open(folder.path().join("a.png")).unwrap().to_rgb8();
+        assert!(picture.pixels().all(|pixel| pixel == picture.get_pixel(0, 0)), "{arguments:?}");
+        let encoded = f64::from(picture.get_pixel(0, 0)[0]) / 255.0;
+        let stats = serde_json::from_slice(&fs::read(folder.path().join("a.json")).unwrap()).unwrap();
+        (libm::pow((encoded + 0.055) / 1.055, 2.4), stats)
+    };
+    for (arguments, expected, integrator) in [
+        (&[][..], 0.125 + 0.0625 + 0.03125, "path"),
+        (&["--bounces", "1"], 0.125 + 0.0625, "path"),
+        (&["--engine", "reference"], 0.21875, "path"),
+        (&["--engine", "grid"], 0.21875, "path"),
+        (&["--integrator", "direct"], 0.125 + 0.5 * 0.2, "direct"),
+    ] {
+        let (found, stats) = render(arguments);
+        assert!((found - expected).abs() < 2e-3, "{arguments:?}: {found} for {expected}");
+        assert_eq!(stats["integrator"], integrator);
+    }
+    assert_eq!(render(&["--bounces", "1"]).1["bounces"], 1);
+}
+
+#[test]
 fn an_exr_file_has_what_every_pixel_shows_in_layers() {
     use exr::prelude::*;
 
@@ -281,6 +313,9 @@ fn wrong_usage_ends_with_2() {
         &["render", tower, "--noise", "2", "--samples", "16"],
         &["render", tower, "--noise", "2", "--view", "depth"],
         &["render", tower, "--view", "pretty"],
+        &["render", tower, "--integrator", "radiosity"],
+        &["render", tower, "--bounces", "0"],
+        &["render", tower, "--bounces", "1025"],
         &["render", tower, "-o", "picture.jpg"],
         &["render", tower, "--engine", "quick"],
         &["render", tower, "--engine", "fast", "--boxes", "exact"],

@@ -15,7 +15,7 @@ pub(crate) fn evaluation(sources: &SourceMap, error: &EvalError) -> Diagnostic {
         Fault::NotANumber => at.not_a_number(),
         Fault::Infinite(_) => at.infinite(),
         Fault::Singular(call) => at.singular(call),
-        Fault::Negative { term, value } => at.negative(*term, *value),
+        Fault::OutOfRange { term, value } => at.out_of_range(*term, *value),
         fault => at.error(fault.to_string(), "no such solid"),
     }
 }
@@ -99,9 +99,19 @@ impl Evaluation<'_> {
         }
     }
 
-    fn negative(&self, term: AttributeTerm, value: f64) -> Diagnostic {
-        let (name, value) = (self.name, Number(value));
-        self.error(format!("`{}` of `{name}` is {value}, which is negative", term.name()), "negative")
-            .help("there is no less than 0 of it; `max(0, …)` keeps a value from falling below")
+    fn out_of_range(&self, term: AttributeTerm, value: f64) -> Diagnostic {
+        let (least, most) = term.range().into_inner();
+        let message = format!("`{}` of `{}` is {}", term.name(), self.name, Number(value));
+        match term {
+            _ if most.is_finite() => self
+                .error(format!("{message}, which is not from {least} to {most}"), "out of range")
+                .help(format!("`clamp(…, {least}, {most})` keeps a value in range")),
+            AttributeTerm::Ior => self.error(format!("{message}, which is less than {least}"), "too small").help(
+                "it is how many times as fast light is outside: 1.33 for water, 1.5 for glass, 2.4 for diamond",
+            ),
+            _ => self
+                .error(format!("{message}, which is negative"), "negative")
+                .help("there is no less than 0 of it; `max(0, …)` keeps a value from falling below"),
+        }
     }
 }

@@ -78,7 +78,7 @@ mod token;
 
 pub use decode::decode;
 pub use diagnostic::{Diagnostic, Excerpt, Label, Severity};
-pub use look::{Camera, Image, Light, LightSource, Look};
+pub use look::{Camera, Image, Integrator, Light, LightSource, Look, Sky};
 pub use lower::{Lowered, Scene, load, lower};
 pub use overrides::Override;
 pub use parser::{Parsed, parse};

@@ -1,4 +1,4 @@
-//! How a file asks to be looked at: camera, lights, background, image. What it leaves out is the renderer's to choose.
+//! How a file asks to be looked at: camera, lights, sky or background, image. What it leaves out is the renderer's to choose.
 
 use glam::DVec3;
 
@@ -9,6 +9,8 @@ pub struct Look {
     pub camera: Camera,
     /// `light { … }`, in their order. Empty if there is none.
     pub lights: Vec<Light>,
+    /// `sky { … }`. There is no background where there is a sky.
+    pub sky: Option<Sky>,
     /// `background { color = … }`, linear light.
     pub background: Option<DVec3>,
     /// `image { … }`
@@ -48,6 +50,34 @@ pub enum LightSource {
     Direction(DVec3),
 }
 
+/// A sky, as far as the file describes it. Colours are linear and may exceed 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Sky {
+    /// The colour straight above.
+    pub zenith: Option<DVec3>,
+    /// The colour at the horizon.
+    pub horizon: Option<DVec3>,
+    /// The colour below the horizon.
+    pub ground: Option<DVec3>,
+    /// Where the sun is; of length 1. Without it there is none, and the following two are `None`.
+    pub sun: Option<DVec3>,
+    /// The light of the sun, in the measure of a light's colour.
+    pub sunlight: Option<DVec3>,
+    /// How large the sun appears: its diameter in degrees, above 0 and at most 90.
+    pub disc: Option<f64>,
+}
+
+/// How light is computed, where the file says it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Integrator {
+    /// From lights alone, with mirror images and refraction.
+    Direct,
+    /// From everything to everything.
+    Path,
+}
+
 /// The measures of the picture, as far as the file gives them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Image {
@@ -57,4 +87,8 @@ pub struct Image {
     pub height: Option<u32>,
     /// Rays a pixel, at least 1.
     pub samples: Option<u32>,
+    /// How light is computed.
+    pub integrator: Option<Integrator>,
+    /// How often light is followed from surface to surface, at least 1.
+    pub bounces: Option<u32>,
 }

@@ -13,7 +13,7 @@ pub(crate) const COLOR_SIGNATURE: &str = "color(r, g, b)";
 /// The constant.
 pub(crate) const PI: &str = "pi";
 /// The scene blocks.
-pub(crate) const BLOCKS: [&str; 4] = ["camera", "light", "background", "image"];
+pub(crate) const BLOCKS: [&str; 5] = ["camera", "light", "sky", "background", "image"];
 
 /// Whether a name stands before a factor.
 pub(crate) fn is_prefix(name: &str) -> bool {

@@ -176,7 +176,7 @@ pub struct Macro {
 /// A block that says how to look at the solid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneBlock {
-    /// `camera`, `light`, `background` or `image`, or what was written in place of it.
+    /// `camera`, `light`, `sky`, `background` or `image`, or what was written in place of it.
     pub name: Span,
     /// Its fields.
     pub fields: Block,

@@ -2,7 +2,7 @@
 
 mod common;
 
-use csg_graph_grammar::{Diagnostic, LightSource, Override, decode, load, parse, print};
+use csg_graph_grammar::{Diagnostic, Integrator, LightSource, Override, decode, load, parse, print};
 use proptest::prelude::*;
 
 fn errors(source: &str) -> Vec<Diagnostic> {
@@ -127,6 +127,20 @@ fn scene_blocks_are_read_with_the_initial_parameters() {
     assert_eq!((look.lights[1].shadow, look.lights[1].color), (true, glam::DVec3::new(2.0, 1.0, 0.5)));
     assert_eq!(look.background, Some(glam::DVec3::new(0.0, 0.25, 1.0)));
     assert_eq!((look.image.width, look.image.height, look.image.samples), (Some(192), None, Some(9)));
+    assert_eq!((look.sky, look.image.integrator, look.image.bounces), (None, None, None));
+}
+
+#[test]
+fn skies_are_read_as_far_as_they_are_described() {
+    let source = "{ high = 1; } sphere
+        sky { zenith = (0, 0.25, high); sun = (0, 0, 7); disc = high / 2; }
+        image { integrator = path; bounces = 3; }";
+    let look = load(source, &[]).unwrap().scene.look;
+    let sky = look.sky.unwrap();
+    assert_eq!(sky.zenith, Some(glam::DVec3::new(0.0, 0.25, 1.0)));
+    assert_eq!((sky.horizon, sky.ground, sky.sunlight), (None, None, None));
+    assert_eq!((sky.sun, sky.disc), (Some(glam::DVec3::Z), Some(0.5)));
+    assert_eq!((look.image.integrator, look.image.bounces), (Some(Integrator::Path), Some(3)));
 }
 
 #[test]

@@ -107,9 +107,9 @@ pub enum Fault {
     /// A transformation maps space onto a plane, a line or a point, or beyond what numbers hold.
     #[error("the transformation {0} is singular: it cannot be undone")]
     Singular(String),
-    /// An attribute is below 0.
-    #[error("{} is {value}, and attributes are not negative", term.name())]
-    Negative {
+    /// An attribute is not in its range.
+    #[error("{} is {value}, and it is {}", term.name(), Allowed(*.term))]
+    OutOfRange {
         /// The attribute.
         term: AttributeTerm,
         /// Its value.
@@ -129,6 +129,16 @@ impl fmt::Display for ParamValues<'_> {
             write!(f, "{}{name} = {value}", if index == 0 { " where " } else { ", " })?;
         }
         Ok(())
+    }
+}
+
+/// `at least 1`, or `from 0 to 1`.
+struct Allowed(AttributeTerm);
+
+impl fmt::Display for Allowed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (least, most) = self.0.range().into_inner();
+        if most.is_finite() { write!(f, "from {least} to {most}") } else { write!(f, "at least {least}") }
     }
 }
 
@@ -265,7 +275,7 @@ impl Graph {
     /// The values of the attribute node `id` under `env`.
     ///
     /// # Errors
-    /// If a value is not finite, or negative.
+    /// If a value is not finite, or not in the range of its term.
     ///
     /// # Panics
     /// If `id` is no attribute node.
@@ -273,8 +283,8 @@ impl Graph {
         let Node::Attribute(node) = self.node(id) else { panic!("{id:?} is no attribute node") };
         let values = self.finite_numbers(id, node.terms.iter().map(|(_, expr)| expr), env)?;
         for (index, ((term, expr), value)) in node.terms.iter().zip(&values).enumerate() {
-            if *value < 0.0 {
-                let fault = Fault::Negative { term: *term, value: *value };
+            if !term.range().contains(value) {
+                let fault = Fault::OutOfRange { term: *term, value: *value };
                 return Err(self.error(id, Some(index), fault, &[expr], env));
             }
         }

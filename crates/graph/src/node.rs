@@ -1,5 +1,7 @@
 //! The nodes of a cyclic CSG graph: the paper's S-, C- and T-nodes, operators, primitives, and attributes.
 
+use std::ops::RangeInclusive;
+
 use crate::{Expr, NodeId, ParamId, Primitive, PrimitiveKind, Transform, TransformKind};
 
 /// A node of a graph.
@@ -80,6 +82,18 @@ pub enum AttributeTerm {
     Specular,
     /// How narrow the highlight is: the exponent of its lobe.
     Shininess,
+    /// The strength of the light that the surface gives of itself, in its pigment.
+    Emission,
+    /// The part of the surface that is metal, 0 to 1.
+    Metal,
+    /// How rough the metal is, 0 to 1.
+    Roughness,
+    /// The part of the surface that is glass, 0 to 1, of what is not metal.
+    Glass,
+    /// The index of refraction of the glass, at least 1.
+    Ior,
+    /// How fast the glass swallows light, in its pigment.
+    Absorption,
 }
 
 impl AttributeTerm {
@@ -87,7 +101,18 @@ impl AttributeTerm {
     pub const COLOR: [Self; 3] = [Self::Red, Self::Green, Self::Blue];
 
     /// The terms of `material(name = value, …)`.
-    pub const MATERIAL: [Self; 4] = [Self::Ambient, Self::Diffuse, Self::Specular, Self::Shininess];
+    pub const MATERIAL: [Self; 10] = [
+        Self::Ambient,
+        Self::Diffuse,
+        Self::Specular,
+        Self::Shininess,
+        Self::Emission,
+        Self::Metal,
+        Self::Roughness,
+        Self::Glass,
+        Self::Ior,
+        Self::Absorption,
+    ];
 
     /// The name in the language.
     pub fn name(self) -> &'static str {
@@ -99,6 +124,21 @@ impl AttributeTerm {
             Self::Diffuse => "diffuse",
             Self::Specular => "specular",
             Self::Shininess => "shininess",
+            Self::Emission => "emission",
+            Self::Metal => "metal",
+            Self::Roughness => "roughness",
+            Self::Glass => "glass",
+            Self::Ior => "ior",
+            Self::Absorption => "absorption",
+        }
+    }
+
+    /// The values that it may have: not negative, and for some terms less than that.
+    pub fn range(self) -> RangeInclusive<f64> {
+        match self {
+            Self::Metal | Self::Roughness | Self::Glass => 0.0..=1.0,
+            Self::Ior => 1.0..=f64::INFINITY,
+            _ => 0.0..=f64::INFINITY,
         }
     }
 }

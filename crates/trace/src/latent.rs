@@ -170,7 +170,7 @@ impl LatentImage {
             }
             let done = AtomicU64::new(all - self.left());
             let spent = self.exposed.par_iter_mut().zip(0..tiles.count()).map_init(
-                || Brush::new(world.engine),
+                || Brush::new(world, &settings),
                 |brush, (exposed, index)| {
                     let (taken, spent) = painter.paint(brush, &tiles.tile(index), exposed, stop)?;
                     if taken > 0 {

@@ -60,6 +60,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # Light
+//!
+//! The [`Integrator`] of the [`Settings`] makes light of hits: direct light with mirror images and refraction \[WHIT80\],
+//! or global illumination by paths drawn by chance \[KAJI86\], with the [`Sky`] and its sun, and surfaces that are matt,
+//! metal, glass, or shine themselves.
+//!
 //! # Where things are
 //!
 //! The graph stays as it is; a [`Walk`] is what a thread needs to ask it. Colours are linear light. The world is
@@ -69,6 +75,8 @@
 //! \[TRAX95\]: C. Traxler, M. Gervautz, *Calculation of Tight Bounding Volumes for Cyclic CSG-Graphs*, 1995.
 //! \[KAY86\]: T. L. Kay, J. T. Kajiya, *Ray tracing complex scenes*, 1986.
 //! \[FUJI86\]: A. Fujimoto, T. Tanaka, K. Iwata, *ARTS: Accelerated Ray-Tracing System*, 1986.
+//! \[WHIT80\]: T. Whitted, *An Improved Illumination Model for Shaded Display*, 1980.
+//! \[KAJI86\]: J. T. Kajiya, *The Rendering Equation*, 1986.
 //! \[HAIN19\]: E. Haines, J. Günther, T. Akenine-Möller, *Precision Improvements for Ray/Sphere Intersection*, 2019.
 
 #[cfg(doctest)]
@@ -84,6 +92,7 @@ mod engine;
 mod fast;
 mod film;
 mod grid;
+mod integrate;
 mod latent;
 mod light;
 mod noise;
@@ -91,8 +100,8 @@ mod primary;
 mod ray;
 mod render;
 mod sampling;
-mod shade;
 pub mod shapes;
+mod sky;
 mod slab;
 mod srgb;
 mod surface;
@@ -107,12 +116,14 @@ pub use engine::Engine;
 pub use fast::{Accelerated, PACKET, Tracer};
 pub use film::Film;
 pub use grid::{Grid, GridTracer};
+pub use integrate::Integrator;
 pub use latent::LatentImage;
 pub use light::{Light, LightSource};
 pub use noise::FEWEST as FEWEST_SAMPLES;
 pub use primary::{PrimaryPass, Probe, primary, survey};
 pub use ray::Ray;
-pub use render::{MAX_PIXELS, MAX_SAMPLES, RenderError, Settings, World, render};
+pub use render::{MAX_BOUNCES, MAX_PIXELS, MAX_SAMPLES, RenderError, Settings, World, render};
+pub use sky::{Sky, Sun};
 pub use surface::{Hit, Surface};
 pub use view::View;
 pub use walk::Walk;

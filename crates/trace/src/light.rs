@@ -9,7 +9,8 @@ use crate::{Camera, camera};
 pub struct Light {
     /// Where its light comes from.
     pub source: LightSource,
-    /// Colour and strength, in linear light. At any distance the same.
+    /// Colour and strength, in linear light, at any distance the same: a white surface that faces it is seen in this
+    /// colour.
     pub colour: DVec3,
     /// Whether solids stand in its way.
     pub shadow: bool,

@@ -7,18 +7,21 @@ use glam::{DVec2, DVec3};
 
 use crate::camera::{CameraError, Lens};
 use crate::engine::{Engine, Tracer};
+use crate::integrate::Illumination;
 use crate::latent::{Exposed, SQUARE};
-use crate::shade::Shader;
 use crate::tiles::Tile;
 use crate::view::Exposure;
-use crate::{Camera, Counters, Film, Hit, LatentImage, Light, Ray, View, sampling};
+use crate::{Camera, Counters, Film, Hit, Integrator, LatentImage, Light, Ray, Sky, View, sampling};
 
 /// The most pixels that a picture may have: 8192 by 8192. A pixel takes 36 bytes while the picture is made and developed,
 /// or more: see [`LatentImage`].
 pub const MAX_PIXELS: u64 = 1 << 26;
 
-/// The most samples that a pixel may have. More would change no byte of a picture.
+/// The most samples that a pixel may have.
 pub const MAX_SAMPLES: u32 = 4096;
+
+/// The most bounces of light from surface to surface.
+pub const MAX_BOUNCES: u32 = 1024;
 
 /// What a picture is of.
 #[derive(Clone, Debug)]
@@ -30,13 +33,13 @@ pub struct World<'a> {
     pub camera: Camera,
     /// All lights. Without any, only the ambient part of surfaces is seen; see [`Light::over_shoulder`].
     pub lights: Vec<Light>,
-    /// The colour where there is no solid, in linear light.
-    pub background: DVec3,
+    /// What is seen where there is no solid, and lights it by [`Integrator::Path`].
+    pub background: Sky,
 }
 
 impl World<'_> {
     /// A pale sky.
-    pub const DEFAULT_BACKGROUND: DVec3 = DVec3::new(0.55, 0.70, 0.90);
+    pub const DEFAULT_BACKGROUND: Sky = Sky::uniform(DVec3::new(0.55, 0.70, 0.90));
 }
 
 /// What the picture is like.
@@ -55,21 +58,37 @@ pub struct Settings {
     pub noise: Option<f64>,
     /// What it shows.
     pub view: View,
+    /// How its light is computed.
+    pub integrator: Integrator,
+    /// How often light is followed from one surface to the next: mirrors and glass for [`Integrator::Direct`], all surfaces
+    /// for [`Integrator::Path`]. With one bounce, surfaces are lit by what shines of itself.
+    pub bounces: u32,
 }
 
 impl Default for Settings {
-    /// 512 by 512 pixels, with 4 samples each, of the shaded solid.
+    /// What `pcsg render` takes where nobody asks for anything.
     fn default() -> Self {
-        Self { width: 512, height: 512, samples: 4, noise: None, view: View::Shaded }
+        Self {
+            width: 512,
+            height: 512,
+            samples: 4,
+            noise: None,
+            view: View::Shaded,
+            integrator: Integrator::Direct,
+            bounces: 16,
+        }
     }
 }
 
 impl Settings {
     pub(crate) fn check(&self) -> Result<(), RenderError> {
-        let Self { width, height, samples, noise, view } = *self;
+        let Self { width, height, samples, noise, view, integrator: _, bounces } = *self;
         check_size(width, height)?;
         if samples == 0 || samples > MAX_SAMPLES {
             return Err(RenderError::Samples { samples });
+        }
+        if bounces == 0 || bounces > MAX_BOUNCES {
+            return Err(RenderError::Bounces { bounces });
         }
         match noise {
             Some(noise) if noise.is_nan() || noise <= 0.0 => Err(RenderError::Noise { noise }),
@@ -108,6 +127,12 @@ pub enum RenderError {
     NoiseOf {
         /// The view that was asked for.
         view: View,
+    },
+    /// The number of bounces is 0 or more than [`MAX_BOUNCES`].
+    #[error("light bounces 1 to {MAX_BOUNCES} times, not {bounces}")]
+    Bounces {
+        /// The number that was asked for.
+        bounces: u32,
     },
     /// The camera shows nothing.
     #[error(transparent)]
@@ -162,7 +187,7 @@ pub(crate) struct Painter<'a> {
 
 impl<'a> Painter<'a> {
     pub(crate) fn new(world: &'a World<'a>, settings: &Settings) -> Result<Self, CameraError> {
-        let Settings { width, height, samples, noise, view } = *settings;
+        let Settings { width, height, samples, noise, view, .. } = *settings;
         let (lens, places) = (world.camera.lens(width, height)?, sampling::sequence(samples));
         Ok(Self { world, view, is_judged: noise.is_some(), lens, places })
     }
@@ -212,24 +237,25 @@ impl<'a> Painter<'a> {
         exposure: &mut Exposure,
     ) -> Result<(), EvalError> {
         let view = self.view;
-        let Brush { tracer, shader, rays, hits, colours } = brush;
+        let Brush { tracer, illumination, rays, hits, colours } = brush;
         let tests_before = tracer.counters().tests();
         for number in numbers {
-            let sample = self.places[number as usize];
+            let offset = self.places[number as usize];
             rays.clear();
             rays.extend(
-                pixels.iter().map(|(x, y)| self.lens.ray(f64::from(*x) + sample.x, f64::from(*y) + sample.y)),
+                pixels.iter().map(|(x, y)| self.lens.ray(f64::from(*x) + offset.x, f64::from(*y) + offset.y)),
             );
             tracer.nearest(rays, hits)?;
             let missed = tracer.missed_depth();
             if matches!(view, View::Shaded | View::Plate | View::Cost) {
-                shader.shade(tracer, &self.world.lights, rays, hits, colours)?;
+                illumination.colours(tracer, pixels, number, rays, hits, colours)?;
             }
             for (lane, (pixel, hit)) in pixels.iter().zip(hits.iter()).enumerate() {
                 let place = place(*pixel);
                 match (view, hit) {
-                    (View::Shaded | View::Plate, Some(_)) => exposure.colour(place, number, colours[lane]),
-                    (View::Shaded, None) => exposure.colour(place, number, self.world.background),
+                    (View::Shaded, _) | (View::Plate, Some(_)) => {
+                        exposure.colour(place, number, colours[lane]);
+                    }
                     (View::Plate, None) => exposure.missed(place, missed),
                     (View::Normal, Some(hit)) => exposure.normal(place, number, hit.normal),
                     (View::Depth, Some(hit)) => exposure.depth(place, hit.t),
@@ -248,17 +274,17 @@ impl<'a> Painter<'a> {
 /// What a thread paints with: a tracer, and memory for the rays that it traces together.
 pub(crate) struct Brush<'a> {
     tracer: Tracer<'a>,
-    shader: Shader,
+    illumination: Illumination,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
     colours: Vec<DVec3>,
 }
 
 impl<'a> Brush<'a> {
-    pub(crate) fn new(engine: Engine<'a>) -> Self {
+    pub(crate) fn new(world: &World<'a>, settings: &Settings) -> Self {
         Self {
-            tracer: engine.tracer(),
-            shader: Shader::default(),
+            tracer: world.engine.tracer(),
+            illumination: Illumination::new(world, settings),
             rays: Vec::new(),
             hits: Vec::new(),
             colours: Vec::new(),

@@ -5,6 +5,7 @@ use glam::DVec3;
 
 /// The look of a surface. Carried down the graph like a transformation: an attribute node changes terms for all below it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Surface {
     /// Colour, in linear light.
     pub pigment: DVec3,
@@ -16,12 +17,36 @@ pub struct Surface {
     pub specular: f64,
     /// The exponent of the highlight.
     pub shininess: f64,
+    /// The strength of its own light, which is the pigment times this.
+    pub emission: f64,
+    /// The part of it that is metal, from 0 to 1.
+    pub metal: f64,
+    /// How rough the metal is, from 0 for a mirror to 1.
+    pub roughness: f64,
+    /// The part that is glass, from 0 to 1, of what is not metal.
+    pub glass: f64,
+    /// The index of refraction of the glass.
+    pub ior: f64,
+    /// How fast the glass swallows light: what is left of it after a unit of length is the pigment to this power.
+    pub absorption: f64,
 }
 
 impl Default for Surface {
     /// White and matt.
     fn default() -> Self {
-        Self { pigment: DVec3::ONE, ambient: 0.2, diffuse: 0.8, specular: 0.0, shininess: 40.0 }
+        Self {
+            pigment: DVec3::ONE,
+            ambient: 0.2,
+            diffuse: 0.8,
+            specular: 0.0,
+            shininess: 40.0,
+            emission: 0.0,
+            metal: 0.0,
+            roughness: 0.0,
+            glass: 0.0,
+            ior: 1.5,
+            absorption: 1.0,
+        }
     }
 }
 
@@ -36,8 +61,19 @@ impl Surface {
             AttributeTerm::Diffuse => self.diffuse = value,
             AttributeTerm::Specular => self.specular = value,
             AttributeTerm::Shininess => self.shininess = value,
+            AttributeTerm::Emission => self.emission = value,
+            AttributeTerm::Metal => self.metal = value,
+            AttributeTerm::Roughness => self.roughness = value,
+            AttributeTerm::Glass => self.glass = value,
+            AttributeTerm::Ior => self.ior = value,
+            AttributeTerm::Absorption => self.absorption = value,
             _ => {}
         }
+    }
+
+    /// The part of it that is neither metal nor glass.
+    pub(crate) fn matt(&self) -> f64 {
+        (1.0 - self.metal) * (1.0 - self.glass)
     }
 }
 

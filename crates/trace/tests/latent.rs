@@ -9,7 +9,15 @@ use csg_graph_trace::{
     Settings, View, World, render,
 };
 
-const SETTINGS: Settings = Settings { width: 45, height: 34, samples: 20, noise: None, view: View::Shaded };
+const SETTINGS: Settings = Settings {
+    width: 45,
+    height: 34,
+    samples: 20,
+    noise: None,
+    view: View::Shaded,
+    integrator: Integrator::Direct,
+    bounces: 16,
+};
 
 /// A shining tower of cones with bites, on the ground; each part is smaller than the one below.
 fn tower() -> Graph {

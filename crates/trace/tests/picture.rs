@@ -5,12 +5,20 @@ use std::sync::Mutex;
 use csg_graph::{AttributeTerm, Expr, Graph, GraphBuilder, Operator, PrimitiveKind, TransformKind};
 use csg_graph_bounds::{HyperBoxes, Limits, chain, conventional, exact};
 use csg_graph_trace::{
-    Accelerated, Camera, Engine, Film, Grid, Light, LightSource, MAX_PIXELS, RenderError, Settings, View,
-    Walk, World, primary, render, survey,
+    Accelerated, Camera, Engine, Film, Grid, Integrator, Light, LightSource, MAX_PIXELS, RenderError,
+    Settings, View, Walk, World, primary, render, survey,
 };
 use glam::DVec3;
 
-const SETTINGS: Settings = Settings { width: 64, height: 48, samples: 1, noise: None, view: View::Shaded };
+const SETTINGS: Settings = Settings {
+    width: 64,
+    height: 48,
+    samples: 1,
+    noise: None,
+    view: View::Shaded,
+    integrator: Integrator::Direct,
+    bounces: 16,
+};
 
 /// A tower of `levels` bitten cubes, each turned and 0.7 times as large as the one below.
 fn tower(levels: f64) -> Graph {
@@ -281,7 +289,7 @@ fn the_plate_shows_levels_in_alternating_colours() {
     let film = picture(&world(&graph, &boxes), &Settings { view: View::Plate, ..SETTINGS });
     let shaded = picture(&world(&graph, &boxes), &SETTINGS);
     assert_eq!(pixel(&film, 0, 0), DVec3::ZERO, "a ray that misses the whole");
-    let sky: Vec<f64> = World::DEFAULT_BACKGROUND.to_array().to_vec();
+    let sky: Vec<f64> = World::DEFAULT_BACKGROUND.zenith.to_array().to_vec();
     let (mut reds, mut blues, mut brightest) = (0, 0, 0.0_f64);
     for (plate, shaded) in film.pixels().iter().zip(shaded.pixels()) {
         if shaded.iter().zip(&sky).any(|(a, b)| (f64::from(*a) - b).abs() > 1e-6) {
@@ -328,6 +336,7 @@ fn what_cannot_be_rendered_is_refused() {
         assert!(error.to_string().contains(&MAX_PIXELS.to_string()));
     }
     assert_eq!(refused(&world, Settings { samples: 0, ..SETTINGS }), RenderError::Samples { samples: 0 });
+    assert_eq!(refused(&world, Settings { bounces: 0, ..SETTINGS }), RenderError::Bounces { bounces: 0 });
     let blind = World { camera: Camera { target: world.camera.eye, ..world.camera }, ..world };
     assert!(matches!(refused(&blind, SETTINGS), RenderError::Camera(_)));
 }

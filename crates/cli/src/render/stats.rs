@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use csg_graph_trace::{Counters, Settings};
+use csg_graph_trace::{Counters, Integrator, Settings};
 use serde::Serialize;
 
 use crate::args::{EngineArg, MethodArg};
@@ -20,6 +20,8 @@ pub(super) struct Stats {
     noise: Option<f64>,
     /// Those of all pixels together.
     samples_taken: u64,
+    integrator: &'static str,
+    bounces: u32,
     engine: String,
     boxes: &'static str,
     /// What the engine takes besides the graph.
@@ -69,6 +71,11 @@ impl Stats {
             samples: settings.samples,
             noise: settings.noise,
             samples_taken,
+            integrator: match settings.integrator {
+                Integrator::Path => "path",
+                _ => "direct",
+            },
+            bounces: settings.bounces,
             engine: prepared.kind().to_string(),
             boxes: prepared.method.map_or("none", MethodArg::name),
             bytes: prepared.bytes(),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::Lowering;
-use crate::look::{Camera, Image, Light, LightSource, Look};
+use crate::look::{Camera, Image, Integrator, Light, LightSource, Look, Sky};
 use crate::names::nearest;
 use crate::number::Number;
 use crate::syntax::{self, Assignment, ExprId, Item, SceneBlock};
@@ -15,6 +15,10 @@ use crate::{Diagnostic, Span};
 const SIDE: u32 = 65_536;
 /// The most rays a pixel.
 const SAMPLES: u32 = 4096;
+/// The most bounces.
+const BOUNCES: u32 = 1024;
+/// The largest diameter of a sun, in degrees.
+const DISC: f64 = 90.0;
 /// The largest coordinate of a point, so that squares of distances are numbers.
 const FAR: f64 = 1e150;
 /// The smallest angle of view: where it is smaller, the rays of neighbouring pixels are one.
@@ -36,6 +40,7 @@ impl Lowering<'_> {
             match name {
                 "camera" => look.camera = self.camera(block),
                 "light" => look.lights.extend(self.light(block)),
+                "sky" => look.sky = Some(self.sky(block)),
                 "background" => {
                     let mut fields = self.fields(block, &["color"]);
                     look.background = fields.take("color").and_then(|field| self.color(field));
@@ -44,6 +49,12 @@ impl Lowering<'_> {
                 // The parser has reported it.
                 _ => {}
             }
+        }
+        if let (Some(sky), Some(background)) = (seen.get("sky"), seen.get("background")) {
+            let report = Diagnostic::error(*background, "there is a sky and a background");
+            let report = report.label("a background here").also(*sky, "a sky here");
+            self.diagnostics
+                .push(report.help("both are what rays see that meet nothing; leave one of them out"));
         }
         look
     }
@@ -98,13 +109,62 @@ impl Lowering<'_> {
         })
     }
 
+    fn sky(&mut self, block: &SceneBlock) -> Sky {
+        let mut fields = self.fields(block, &["zenith", "horizon", "ground", "sun", "sunlight", "disc"]);
+        let sun = fields.take("sun");
+        let mut color = |name| fields.take(name).and_then(|field| self.color(field));
+        let [zenith, horizon, ground] = ["zenith", "horizon", "ground"].map(&mut color);
+        let mut of_sun = |name| {
+            let field = fields.take(name)?;
+            if sun.is_none() {
+                let report =
+                    Diagnostic::error(field.name, format!("`{name}` is about the sun, and there is none"));
+                let help = "`sun = (x, y, z)` is the direction in which it is seen";
+                self.diagnostics.push(report.label("which sun?").help(help));
+            }
+            Some(field)
+        };
+        let (sunlight, disc) = (of_sun("sunlight"), of_sun("disc"));
+        Sky {
+            zenith,
+            horizon,
+            ground,
+            sun: sun.and_then(|field| self.direction(field)),
+            sunlight: sunlight.and_then(|field| self.color(field)),
+            disc: disc.and_then(|field| {
+                let what = format!("an angle above 0 and of at most {} degrees", Number(DISC));
+                self.number_where(field, &what, |disc| disc > 0.0 && disc <= DISC)
+            }),
+        }
+    }
+
     fn image(&mut self, block: &SceneBlock) -> Image {
-        let mut fields = self.fields(block, &["width", "height", "samples"]);
+        let mut fields = self.fields(block, &["width", "height", "samples", "integrator", "bounces"]);
+        let integrator = fields.take("integrator").and_then(|field| self.integrator(field));
         let mut whole = |name, most| fields.take(name).and_then(|field| self.whole(field, most));
         Image {
             width: whole("width", SIDE),
             height: whole("height", SIDE),
             samples: whole("samples", SAMPLES),
+            integrator,
+            bounces: whole("bounces", BOUNCES),
+        }
+    }
+
+    /// A word where fields otherwise have numbers.
+    fn integrator(&mut self, field: Assignment) -> Option<Integrator> {
+        let tree = self.tree;
+        let span = tree.expr_span(field.value);
+        match (tree.expr(field.value), tree.text(span)) {
+            (syntax::Expr::Missing, _) => None,
+            (syntax::Expr::Name, "direct") => Some(Integrator::Direct),
+            (syntax::Expr::Name, "path") => Some(Integrator::Path),
+            _ => {
+                let report = Diagnostic::error(span, "`integrator` is `direct` or `path`");
+                let help = "`direct` is light from lamps alone, `path` also from the sky and from one surface to another";
+                self.diagnostics.push(report.label("expected one of the two words").help(help));
+                None
+            }
         }
     }
 

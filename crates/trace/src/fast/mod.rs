@@ -233,7 +233,7 @@ impl Tracer<'_> {
         self.counters.primitive_tests += work.primitives + solids.primitives;
     }
 
-    /// What a lane has hit.
+    /// What a lane has hit. Inlined, as hits are too large to be moved for nothing.
     #[inline(always)]
     fn hit(&mut self, lane: usize, world_ray: &Ray) -> Option<Hit> {
         let t = self.hits.t.0[lane];

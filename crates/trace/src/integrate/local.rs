@@ -1,23 +1,21 @@
 //! Local shading: ambient, diffuse, and a highlight (Phong), with shadows.
 //!
+//! What a surface without metal, glass and light of its own shows is
+//!
 //! ```text
 //! pigment · (ambient + Σ diffuse · max(0, N·L) · visible · light) + Σ specular · max(0, R·V)^shininess · visible · light
 //! ```
 //!
 //! Surfaces are two-sided: N is turned to face the viewer. L points to the light, R is L mirrored about N, V points to the
-//! viewer. A surface without attributes under one white light is pigment · (0.2 + 0.8 · max(0, N·L) · visible).
+//! viewer. Where metal or glass covers a part of the surface, pigment counts that much less; emission adds to the brackets. A
+//! surface without attributes under one white light is pigment · (0.2 + 0.8 · max(0, N·L) · visible).
 
 use csg_graph::EvalError;
 use glam::DVec3;
 
+use super::Place;
 use crate::engine::Tracer;
 use crate::{Hit, Light, Ray};
-
-/// How far shadow rays start off the surface, relative to the coordinates of the hit and of the ray's origin.
-///
-/// A hit is off its surface by some ulps of these, more after badly conditioned transformations. This is about a million
-/// ulps, and far below what a pixel covers in a picture of the whole.
-const OFFSET: f64 = 1e-10;
 
 /// Shades several hits together, so that their shadow rays can be traced together.
 #[derive(Debug, Default)]
@@ -97,8 +95,9 @@ impl Shader {
         colours.clear();
         colours.resize(rays.len(), DVec3::ZERO);
         for point in &self.points {
-            let pigment = hits[point.ray].as_ref().expect("points are hits").surface.pigment;
-            colours[point.ray] = pigment * point.gain.matt + point.gain.highlight;
+            let surface = &hits[point.ray].as_ref().expect("points are hits").surface;
+            let matt = point.gain.matt * surface.matt() + surface.emission;
+            colours[point.ray] = surface.pigment * matt + point.gain.highlight;
         }
         Ok(())
     }
@@ -106,12 +105,10 @@ impl Shader {
 
 impl Point {
     fn new(number: usize, ray: &Ray, hit: &Hit) -> Self {
-        let to_viewer = -ray.direction.normalize_or_zero();
-        let normal = if hit.normal.dot(to_viewer) < 0.0 { -hit.normal } else { hit.normal };
-        let size = hit.point.abs().max(ray.origin.abs()).max_element();
-        let start = hit.point + normal * (OFFSET * size);
+        let place = Place::new(ray, hit);
         let gain = Gain { matt: DVec3::splat(hit.surface.ambient), highlight: DVec3::ZERO };
-        Self { ray: number, start, normal, to_viewer, gain }
+        let start = place.before();
+        Self { ray: number, start, normal: place.normal, to_viewer: place.to_viewer, gain }
     }
 }
 
