@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
-use csg_graph_trace::{PrimaryPass, Settings, View, primary, render};
+use csg_graph_trace::{PrimaryPass, Probe, Settings, View, primary, render, survey};
 use rayon::ThreadPool;
 use serde::Serialize;
 
@@ -41,6 +41,9 @@ struct Report {
     box_tests_per_ray: f64,
     primitive_tests_per_ray: f64,
     hit_fraction: f64,
+    /// Of the hundredth of the primary rays with the most tests, each traced alone.
+    slowest_box_tests_per_ray: f64,
+    slowest_primitive_tests_per_ray: f64,
 }
 
 pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
@@ -60,6 +63,9 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
         repeat(args.reps, &pool, || primary(&world, width, height)).map_err(|error| stage.failure(error))?;
     let (image_times, _) = repeat(args.reps, &pool, || render(&world, &settings, &|_| {}))
         .map_err(|error| stage.failure(error))?;
+
+    let probes = pool.install(|| survey(&world, width, height)).map_err(|error| stage.failure(error))?;
+    let slowest = slowest(probes);
 
     let PrimaryPass { hits, counters, .. } = pass;
     let rays = counters.rays as f64;
@@ -83,6 +89,8 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
         box_tests_per_ray: counters.box_tests as f64 / rays,
         primitive_tests_per_ray: counters.primitive_tests as f64 / rays,
         hit_fraction: hits as f64 / rays,
+        slowest_box_tests_per_ray: mean(&slowest, |probe| probe.box_tests),
+        slowest_primitive_tests_per_ray: mean(&slowest, |probe| probe.primitive_tests),
     };
     print(match args.format {
         Format::Table => table(&report),
@@ -115,6 +123,20 @@ fn repeat<T: Send, E: Send>(
     Ok((times, result))
 }
 
+/// The hundredth of the rays, and at least one, that were tested against the most boxes and primitives.
+fn slowest(mut probes: Vec<Probe>) -> Vec<Probe> {
+    let count = probes.len().div_ceil(100);
+    probes.sort_by_key(|probe| {
+        std::cmp::Reverse(u64::from(probe.box_tests) + u64::from(probe.primitive_tests))
+    });
+    probes.truncate(count);
+    probes
+}
+
+fn mean(probes: &[Probe], count: impl Fn(&Probe) -> u32) -> f64 {
+    probes.iter().map(|probe| f64::from(count(probe))).sum::<f64>() / probes.len() as f64
+}
+
 /// The middle one, in seconds; of an even number the larger of the two in the middle.
 fn median(times: impl IntoIterator<Item = Duration>) -> f64 {
     let mut times: Vec<Duration> = times.into_iter().collect();
@@ -123,7 +145,8 @@ fn median(times: impl IntoIterator<Item = Duration>) -> f64 {
 }
 
 fn table(report: &Report) -> String {
-    let per_ray = |count: f64| format!("{count:.2} a primary ray");
+    let per_ray =
+        |count: f64, slowest: f64| format!("{count:.2} a primary ray, {slowest:.2} of the slowest hundredth");
     let both = |cpu: f64, wall: f64| format!("{} CPU, {} by the clock", seconds(cpu), seconds(wall));
     let rows = [
         ("primitives", short(&report.primitives)),
@@ -138,8 +161,8 @@ fn table(report: &Report) -> String {
             ),
         ),
         ("picture", both(report.image_cpu_s, report.image_s)),
-        ("box tests", per_ray(report.box_tests_per_ray)),
-        ("primitive tests", per_ray(report.primitive_tests_per_ray)),
+        ("box tests", per_ray(report.box_tests_per_ray, report.slowest_box_tests_per_ray)),
+        ("primitive tests", per_ray(report.primitive_tests_per_ray, report.slowest_primitive_tests_per_ray)),
         ("rays that hit", format!("{:.1} %", 100.0 * report.hit_fraction)),
     ];
     let Report { scene, width, height, threads, reps, .. } = report;

@@ -35,6 +35,8 @@ pub struct Probe {
     pub node: Option<NodeId>,
     /// The boxes that the ray was tested against.
     pub box_tests: u32,
+    /// And the primitives.
+    pub primitive_tests: u32,
 }
 
 /// Traces one ray through the centre of each pixel, on the threads of the rayon pool that it is called in, and keeps
@@ -67,7 +69,7 @@ pub fn primary(world: &World<'_>, width: u32, height: u32) -> Result<PrimaryPass
 
 /// Traces one ray through the centre of each pixel, on the threads of the rayon pool that it is called in, and keeps what
 /// it meets: a probe for each pixel, row by row from the upper left corner. Rays are traced one by one, so that each has
-/// a cost of its own. A probe takes 44 bytes.
+/// a cost of its own. A probe takes 48 bytes.
 ///
 /// # Errors
 /// As [`render`](crate::render).
@@ -135,6 +137,7 @@ impl Probe {
             recursion: hit.map_or(0, |hit| hit.depth),
             node: hit.map(|hit| hit.node),
             box_tests: u32::try_from(counters.box_tests).unwrap_or(u32::MAX),
+            primitive_tests: u32::try_from(counters.primitive_tests).unwrap_or(u32::MAX),
         }
     }
 }
