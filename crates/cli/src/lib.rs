@@ -13,6 +13,7 @@ mod fmt;
 mod graph;
 mod load;
 mod output;
+mod plot;
 mod progress;
 pub mod render;
 mod stage;

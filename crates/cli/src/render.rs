@@ -86,11 +86,14 @@ struct Picture {
 fn trace(loaded: &Loaded, args: &RenderArgs, has_layers: bool) -> Result<Picture, Failure> {
     let settings = settings(loaded, args);
     let Settings { width, height, .. } = settings;
-    let stage = Stage::set(loaded, args.engine.plan(args.view)?, f64::from(width) / f64::from(height))?;
+    let mut stage = Stage::set(loaded, args.engine.plan(args.view)?, f64::from(width) / f64::from(height))?;
+    let pool = stage.threads(args.threads.unwrap_or(0))?;
+    if let Some(factor) = args.zoom {
+        pool.install(|| stage.zoom(factor))?;
+    }
     let world = stage.world();
     let start = Instant::now();
     let bar = Bar::new(u64::from(width) * u64::from(height));
-    let pool = stage.threads(args.threads.unwrap_or(0))?;
     let rendered = pool.install(|| {
         let (film, counters) = render(&world, &settings, &|done| bar.show(done))?;
         let probes = has_layers.then(|| survey(&world, width, height)).transpose()?;

@@ -6,7 +6,7 @@
 use csg_graph::Analysis;
 use csg_graph_bounds::{Aabb, root_box};
 use csg_graph_grammar::Look;
-use csg_graph_trace::{Camera, Light, LightSource, RenderError, World};
+use csg_graph_trace::{Camera, Light, LightSource, RenderError, World, zoom};
 use rayon::ThreadPool;
 
 use crate::args::Plan;
@@ -44,6 +44,12 @@ impl<'a> Stage<'a> {
             lights: self.lights.clone(),
             background: self.loaded.scene.look.background.unwrap_or(World::DEFAULT_BACKGROUND),
         }
+    }
+
+    /// Moves the camera so many times closer to the smallest part in sight.
+    pub(crate) fn zoom(&mut self, factor: f64) -> Result<(), Failure> {
+        self.camera = zoom(&self.world(), factor).map_err(|error| self.failure(error))?;
+        Ok(())
     }
 
     /// Threads to trace with; 0 for one a core.

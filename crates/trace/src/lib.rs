@@ -96,6 +96,7 @@ mod surface;
 mod tiles;
 mod view;
 mod walk;
+mod zoom;
 
 pub use camera::{Camera, CameraError, Lens};
 pub use counters::Counters;
@@ -110,3 +111,4 @@ pub use render::{MAX_PIXELS, MAX_SAMPLES, RenderError, Settings, World, render};
 pub use surface::{Hit, Surface};
 pub use view::View;
 pub use walk::Walk;
+pub use zoom::zoom;
