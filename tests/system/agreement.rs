@@ -4,7 +4,9 @@
 mod comparison;
 
 use csg_graph_bounds::{HyperBoxes, chain, conventional, exact};
-use csg_graph_trace::{Accelerated, Camera, Counters, Engine, Film, Light, Settings, View, World, render};
+use csg_graph_trace::{
+    Accelerated, Camera, Counters, Engine, Film, Light, Settings, View, World, render, zoom,
+};
 
 use comparison::{Comparison, Other};
 
@@ -80,6 +82,28 @@ fn all_engines_have_the_same_hits() {
             assert!(tally.rays >= 2_000, "{name}, {other}: {} rays", tally.rays);
             assert_eq!(tally.disagreements, 0, "{name}, {other}: {:#?}", tally.told);
             assert!(tally.silhouettes <= 1, "{name}, {other}: {} at silhouettes", tally.silhouettes);
+        }
+    }
+}
+
+/// From where a leaf of the tree with 1.8·10¹⁹ primitives fills the picture, and on the way there.
+#[test]
+fn a_zoom_onto_a_leaf_has_the_hits_of_the_walk() {
+    let set = ["cnt = 60".to_owned()];
+    let others = [Other::Single, Other::Packets];
+    let mut comparison = Comparison::new("peers/sympodial", &set, &others).expect("the scene is sound");
+    let whole = comparison.camera;
+    for factor in [1e3, 1e6, 1e9] {
+        let camera = whole;
+        let (lights, background) = (Vec::new(), World::DEFAULT_BACKGROUND);
+        let world = World { engine: Engine::Fast(&comparison.fast), camera, lights, background };
+        comparison.camera = zoom(&world, factor).expect("the camera sees the tree");
+        assert!(comparison.camera.eye.distance(comparison.camera.target) < 10.0 / factor);
+        let found = comparison.run(400).expect("the scene can be evaluated");
+        for (other, tally) in &found.tallies {
+            assert_eq!(tally.disagreements, 0, "{other} at {factor}: {:#?}", tally.told);
+            // A pixel of the closest picture is 10⁻¹¹.
+            assert!(tally.largest < 1e-13 && tally.silhouettes <= 1, "{other} at {factor}: {tally:?}");
         }
     }
 }

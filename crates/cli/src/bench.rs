@@ -1,5 +1,7 @@
 //! `pcsg bench`: how fast a scene is traced.
 
+mod sweep;
+
 use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
@@ -7,9 +9,9 @@ use csg_graph_trace::{PrimaryPass, Probe, Settings, View, primary, render, surve
 use rayon::ThreadPool;
 use serde::Serialize;
 
-use crate::args::{BenchArgs, Format, ViewArg};
+use crate::args::{BenchArgs, Format, Plan, Size, ViewArg};
 use crate::engine::Prepared;
-use crate::load::load;
+use crate::load::{Loaded, load};
 use crate::stage::Stage;
 use crate::text::{grouped, json, seconds, short};
 use crate::{Failure, print};
@@ -49,6 +51,9 @@ struct Report {
 pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
     let plan = args.engine.plan(ViewArg::Shaded)?;
     let loaded = load(&args.scene)?;
+    if let (Some(path), Some(sweep)) = (&args.plot, &args.sweep) {
+        return sweep::run(args, &loaded, path, sweep);
+    }
     let (width, height) = (args.size.width, args.size.height);
     let stage = Stage::set(&loaded, plan, f64::from(width) / f64::from(height))?;
     let mut setups = Vec::new();
@@ -95,6 +100,53 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
     print(match args.format {
         Format::Table => table(&report),
         Format::Json => json(&report),
+    })
+}
+
+/// The drawing that `bench --plot` would write, as an SVG file.
+///
+/// # Errors
+/// If the scene has mistakes, which are reported, asks for what cannot be done, or there is no sweep.
+pub fn drawing(args: &BenchArgs) -> Result<String, Failure> {
+    let sweep = args.sweep.as_ref().ok_or_else(|| Failure::Usage("a drawing needs a sweep".to_owned()))?;
+    sweep::drawing(args, &load(&args.scene)?, sweep)
+}
+
+/// What a ray costs: tests of a primary ray, and nanoseconds of a pixel.
+struct Measured {
+    box_tests: f64,
+    primitive_tests: f64,
+    /// Primary rays alone.
+    primary_ns: f64,
+    /// With shading.
+    unshadowed_ns: f64,
+    /// With shadows.
+    image_ns: f64,
+}
+
+fn measure(loaded: &Loaded, plan: Plan, size: Size, args: &BenchArgs) -> Result<Measured, Failure> {
+    let Size { width, height } = size;
+    let stage = Stage::set(loaded, plan, f64::from(width) / f64::from(height))?;
+    let pool = stage.threads(args.threads)?;
+    let world = stage.world();
+    let mut unshadowed = stage.world();
+    unshadowed.lights.iter_mut().for_each(|light| light.shadow = false);
+    let settings = Settings { width, height, samples: 1, view: View::Shaded };
+    let failure = |error| stage.failure(error);
+    let (primary_times, pass) =
+        repeat(args.reps, &pool, || primary(&world, width, height)).map_err(failure)?;
+    let picture = |world| {
+        let (times, _) = repeat(args.reps, &pool, || render(world, &settings, &|_| {})).map_err(failure)?;
+        Ok::<_, Failure>(times)
+    };
+    let pixels = f64::from(width) * f64::from(height);
+    let nanoseconds = |times: Vec<Time>| 1e9 * median(times.iter().map(|time| time.cpu)) / pixels;
+    Ok(Measured {
+        box_tests: pass.counters.box_tests as f64 / pixels,
+        primitive_tests: pass.counters.primitive_tests as f64 / pixels,
+        primary_ns: nanoseconds(primary_times),
+        unshadowed_ns: nanoseconds(picture(&unshadowed)?),
+        image_ns: nanoseconds(picture(&world)?),
     })
 }
 

@@ -43,6 +43,8 @@ pub(crate) struct Panel<'a> {
     /// Those in front come last.
     pub(crate) curves: Vec<Curve>,
     pub(crate) y_label: fn(&f64) -> String,
+    /// The panel reaches down to this at least.
+    pub(crate) least: f64,
 }
 
 pub(crate) struct Curve {
@@ -139,10 +141,11 @@ impl Panel<'_> {
     fn draw(&self, area: &Area<'_>, x_title: Option<&str>, values: Range<i32>) -> Drawn {
         write(area, self.title, (LEFT, 2), 14, INK)?;
         let points = self.curves.iter().flat_map(|curve| &curve.points);
-        let highest = points.fold(1.0_f64, |highest, (_, y, _)| highest.max(*y));
-        // Room above the highest marker and below the line at 1.
-        let heights = 0.8..(highest * 1.5).max(10.0);
-        let ticks = ticks(heights.end);
+        let [lowest, highest] =
+            points.fold([self.least; 2], |[low, high], (_, y, _)| [low.min(*y), high.max(*y)]);
+        // Room above the highest marker, and below the lowest one.
+        let heights = lowest * 0.8..(highest * 1.5).max(lowest * 10.0);
+        let ticks = ticks(&heights);
         let heights = heights.log_scale().with_key_points(ticks);
         let mut chart = ChartBuilder::on(area)
             .margin_top(30)
@@ -180,17 +183,19 @@ impl Panel<'_> {
     }
 }
 
-/// Where the axis of an upper end has its labels: seven at most.
-fn ticks(end: f64) -> Vec<f64> {
-    let decades: Vec<f64> =
-        std::iter::successors(Some(1.0), |tick| Some(tick * 10.0)).take_while(|tick| *tick < end).collect();
-    match decades.len() {
+/// Where an axis has its labels: seven at most.
+fn ticks(heights: &Range<f64>) -> Vec<f64> {
+    let first = libm::pow(10.0, libm::log10(heights.start).floor());
+    let decades = std::iter::successors(Some(first), |tick| Some(tick * 10.0));
+    let decades: Vec<f64> = decades.take_while(|tick| *tick < heights.end).collect();
+    let within: Vec<f64> = decades.iter().copied().filter(|tick| heights.contains(tick)).collect();
+    match within.len() {
         0..=2 => decades
             .iter()
             .flat_map(|decade| [1.0, 2.0, 5.0].map(|digit| digit * decade))
-            .filter(|tick| *tick < end)
+            .filter(|tick| heights.contains(tick))
             .collect(),
-        count => decades.into_iter().step_by(count.div_ceil(7)).collect(),
+        count => within.into_iter().step_by(count.div_ceil(7)).collect(),
     }
 }
 
@@ -223,10 +228,11 @@ mod tests {
 
     #[test]
     fn labels_are_few_and_short() {
-        assert_eq!(ticks(10.0), [1.0, 2.0, 5.0]);
-        assert_eq!(ticks(37.5), [1.0, 2.0, 5.0, 10.0, 20.0]);
-        assert_eq!(ticks(5e3), [1.0, 10.0, 100.0, 1000.0]);
-        assert_eq!(ticks(1.5e12), [1.0, 1e2, 1e4, 1e6, 1e8, 1e10, 1e12]);
+        assert_eq!(ticks(&(0.8..10.0)), [1.0, 2.0, 5.0]);
+        assert_eq!(ticks(&(0.8..37.5)), [1.0, 2.0, 5.0, 10.0, 20.0]);
+        assert_eq!(ticks(&(0.8..5e3)), [1.0, 10.0, 100.0, 1000.0]);
+        assert_eq!(ticks(&(0.8..1.5e12)), [1.0, 1e2, 1e4, 1e6, 1e8, 1e10, 1e12]);
+        assert_eq!(ticks(&(40.0..900.0)), [50.0, 100.0, 200.0, 500.0]);
         assert_eq!([1.0, 100.0, 1e3, 1e12].map(|count| power(&count)), ["1", "100", "10³", "10¹²"]);
     }
 }

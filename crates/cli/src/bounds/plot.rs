@@ -56,11 +56,13 @@ pub(super) fn svg(samples: &Samples, sweep: &Sweep, caption: Caption) -> String 
                 title: "Volume of the root box, relative to the exact one",
                 curves: curves(&growth),
                 y_label: |ratio| format!("{ratio}×"),
+                least: 1.0,
             },
             Panel {
                 title: "Boxes computed (no marker: counted, not computed)",
                 curves: curves(&boxes),
                 y_label: power,
+                least: 1.0,
             },
         ],
     };

@@ -112,7 +112,7 @@ pub(crate) struct Findings {
 /// A scene with all its engines.
 pub(crate) struct Comparison {
     graph: Graph,
-    camera: Camera,
+    pub(crate) camera: Camera,
     hyper_boxes: HyperBoxes,
     pub(crate) fast: Accelerated,
     open: Option<Accelerated>,
