@@ -18,8 +18,8 @@ const COSTS: [(&str, &str); 5] = [
     ("cost_sympodial.svg", "scenes/peers/sympodial.pcsg --reps 3 --sweep cnt=4..60"),
     ("cost_sierpinski.svg", "scenes/peers/sierpinski.pcsg --reps 3 --sweep n=4..40"),
     ("cost_cheese.svg", "scenes/peers/cheese.pcsg --reps 1 --sweep n=1..12"),
-    ("cost_size.svg", "scenes/peers/sympodial.pcsg --set cnt=20 --reps 3 --sweep log2(side)=5..11"),
-    ("cost_budget.svg", "scenes/peers/sympodial.pcsg --set cnt=20 --reps 3 --sweep log2(budget)=12..24"),
+    ("cost_size.svg", "scenes/peers/sympodial.pcsg --set cnt=20 --reps 1 --sweep log2(side)=5..10"),
+    ("cost_budget.svg", "scenes/peers/sympodial.pcsg --set cnt=20 --reps 1 --sweep log2(budget)=12..24"),
 ];
 
 /// Ten times closer in each picture, row by row: the sheet, the scene with the arguments of `pcsg render`, the pictures,

@@ -36,7 +36,7 @@ pub struct Options {
 pub fn run(options: &Options) -> ExitCode {
     let report = || -> Result<(), PeersError> {
         println!(
-            "| scene | primitives | primitive tests | fast | ratio | all tests, slowest 1 % | fast | ratio |"
+            "| scene | primitives | primitive tests, spans | fast | ratio | all tests, slowest 1 %, spans | fast | ratio |"
         );
         println!("|---|---:|---:|---:|---:|---:|---:|---:|");
         for (scene, set) in SCENES {
