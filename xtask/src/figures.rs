@@ -17,7 +17,7 @@ const GROWTHS: [(&str, &str); 1] = [("sympodial_growth.svg", "scenes/sympodial.p
 const COSTS: [(&str, &str); 5] = [
     ("cost_sympodial.svg", "scenes/peers/sympodial.pcsg --reps 3 --sweep cnt=4..60"),
     ("cost_sierpinski.svg", "scenes/peers/sierpinski.pcsg --reps 3 --sweep n=4..40"),
-    ("cost_cheese.svg", "scenes/peers/cheese.pcsg --reps 1 --sweep n=1..12"),
+    ("cost_cheese.svg", "scenes/peers/cheese.pcsg --reps 1 --sweep n=2..20"),
     ("cost_size.svg", "scenes/peers/sympodial.pcsg --set cnt=20 --reps 1 --sweep log2(side)=5..10"),
     ("cost_budget.svg", "scenes/peers/sympodial.pcsg --set cnt=20 --reps 1 --sweep log2(budget)=12..24"),
 ];

@@ -52,7 +52,7 @@ pub(crate) struct Curve {
     pub(crate) points: Vec<Point>,
 }
 
-/// A value on the axis, what is drawn there, and whether with a marker.
+/// A value on the axis, what is drawn there, a positive number, and whether with a marker.
 pub(crate) type Point = (i32, f64, bool);
 
 /// How a curve is drawn.

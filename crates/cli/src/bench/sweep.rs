@@ -39,8 +39,9 @@ pub(crate) fn drawing(args: &BenchArgs, loaded: &Loaded, sweep: &Sweep) -> Resul
         samples.push((value, sample(args, loaded, sweep, value)?));
     }
     let curve = |style, height: fn(&Measured) -> f64| {
-        let points = samples.iter().map(|(value, measured)| (*value, height(measured), true)).collect();
-        Curve { style, points }
+        let points = samples.iter().map(|(value, measured)| (*value, height(measured), true));
+        // What is not there has no logarithm.
+        Curve { style, points: points.filter(|(_, height, _)| *height > 0.0).collect() }
     };
     let drawing = Drawing {
         title: format!("What a ray costs: {}", loaded.file_name()),
