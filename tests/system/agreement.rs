@@ -1,10 +1,15 @@
-//! What must not change a picture, and what boxes are for.
+//! What must not change a picture or a hit, and what boxes are for.
+
+#[path = "../../crates/trace/examples/agree/comparison/mod.rs"]
+mod comparison;
 
 use csg_graph_bounds::{HyperBoxes, chain, conventional, exact};
-use csg_graph_trace::{Accelerated, Camera, Counters, Engine, Film, Light, Settings, World, render};
+use csg_graph_trace::{Accelerated, Camera, Counters, Engine, Film, Light, Settings, World, render, zoom};
+
+use comparison::{Comparison, Other};
 
 use crate::scene;
-use crate::scenes::{corpus, smaller};
+use crate::scenes::{ENDING, corpus, smaller};
 
 /// The scene from where a camera frames it, and what it cost.
 fn picture(name: &str, set: &[String], choice: Choice, threads: usize) -> (Film, Counters) {
@@ -45,7 +50,7 @@ enum Choice {
 /// They round differently, and so may a sample at a silhouette or at the edge of a shadow; no more than that.
 #[test]
 fn the_fast_engine_makes_the_pictures_of_the_reference_walk() {
-    for folder in ["scenes", "scenes/peers"] {
+    for folder in ENDING {
         for (name, _) in corpus(folder) {
             let set = smaller(&name);
             let (reference, walked) = picture(&name, &set, Choice::Chain, 2);
@@ -63,6 +68,56 @@ fn the_fast_engine_makes_the_pictures_of_the_reference_walk() {
     }
 }
 
+/// The short run of `cargo xtask agree`: the fast engine alone, in packets and with its boxes open, the grid and the
+/// unfolded tree have the hits of the reference walk.
+#[test]
+fn all_engines_have_the_same_hits() {
+    for (name, _) in ENDING.into_iter().flat_map(corpus) {
+        let comparison = Comparison::new(&name, &smaller(&name), &Other::ALL).expect("the scene is sound");
+        let found = comparison.run(2_000).expect("the scene can be evaluated");
+        assert!(found.hits > 300, "{name}: {} hits", found.hits);
+        for (other, tally) in &found.tallies {
+            assert!(tally.rays >= 2_000, "{name}, {other}: {} rays", tally.rays);
+            assert_eq!(tally.disagreements, 0, "{name}, {other}: {:#?}", tally.told);
+            assert!(tally.silhouettes <= 1, "{name}, {other}: {} at silhouettes", tally.silhouettes);
+        }
+    }
+}
+
+/// From where a leaf of the tree with 1.8·10¹⁹ primitives fills the picture, and on the way there.
+#[test]
+fn a_zoom_onto_a_leaf_has_the_hits_of_the_walk() {
+    let set = ["cnt = 60".to_owned()];
+    let others = [Other::Single, Other::Packets];
+    let mut comparison = Comparison::new("peers/sympodial", &set, &others).expect("the scene is sound");
+    let whole = comparison.camera;
+    for factor in [1e3, 1e6, 1e9] {
+        let camera = whole;
+        let (lights, background) = (Vec::new(), World::DEFAULT_BACKGROUND);
+        let world = World { engine: Engine::Fast(&comparison.fast), camera, lights, background };
+        comparison.camera = zoom(&world, factor).expect("the camera sees the tree");
+        assert!(comparison.camera.eye.distance(comparison.camera.target) < 10.0 / factor);
+        let found = comparison.run(400).expect("the scene can be evaluated");
+        for (other, tally) in &found.tallies {
+            assert_eq!(tally.disagreements, 0, "{other} at {factor}: {:#?}", tally.told);
+            // A pixel of the closest picture is 10⁻¹¹.
+            assert!(tally.largest < 1e-13 && tally.silhouettes <= 1, "{other} at {factor}: {tally:?}");
+        }
+    }
+}
+
+/// What differs by more than a silhouette is told: the same tree with one parameter a little different.
+#[test]
+fn engines_of_another_scene_are_found_out() {
+    let set = |value: &str| [format!("fTR = {value}"), "cnt = 2".to_owned()];
+    let comparison = |value: &str| Comparison::new("sympodial", &set(value), &[Other::Single]);
+    let mut mixed = comparison("0.96").expect("the scene is sound");
+    mixed.fast = comparison("0.9601").expect("the scene is sound").fast;
+    let found = mixed.run(2_000).expect("the scene can be evaluated");
+    let (_, tally) = &found.tallies[0];
+    assert!(tally.disagreements > 100, "{} of {} rays", tally.disagreements, tally.rays);
+}
+
 #[test]
 fn any_number_of_threads_compiles_and_traces_the_same() {
     for name in ["sympodial", "puzzle_ball"] {
@@ -75,13 +130,8 @@ fn any_number_of_threads_compiles_and_traces_the_same() {
 
 #[test]
 fn boxes_change_the_cost_and_not_the_picture() {
-    for (name, set) in [
-        ("sympodial", "cnt = 4"),
-        ("sierpinski", "n = 3"),
-        ("cheese", "n = 2"),
-        ("puzzle_ball", "shells = 2"),
-    ] {
-        let set = [set.to_owned()];
+    for (name, _) in ENDING.into_iter().flat_map(corpus) {
+        let (name, set) = (name.as_str(), smaller(&name));
         let (reference, none) = picture(name, &set, Choice::None, 2);
         let (loose_film, loose) = picture(name, &set, Choice::Conventional, 2);
         let (tight_film, tight) = picture(name, &set, Choice::Chain, 2);

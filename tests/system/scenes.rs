@@ -10,7 +10,7 @@ use csg_graph_trace::{Camera, Ray, Walk, brute};
 use crate::scene;
 
 /// Folders of scenes that end.
-const ENDING: [&str; 2] = ["scenes", "scenes/peers"];
+pub(crate) const ENDING: [&str; 3] = ["scenes", "scenes/peers", "scenes/solids"];
 
 /// The scenes of a folder, with their paths from `scenes` without an extension.
 pub(crate) fn corpus(folder: &str) -> Vec<(String, PathBuf)> {
@@ -34,9 +34,12 @@ pub(crate) fn smaller(name: &str) -> Vec<String> {
     match name {
         "sympodial" | "peers/sympodial" => vec!["cnt = 2".to_owned()],
         "sierpinski" | "peers/sierpinski" | "peers/sierpinski_tet" => vec!["n = 3".to_owned()],
-        "cheese" => vec!["n = 2".to_owned()],
+        "cheese" | "solids/plate" => vec!["n = 2".to_owned()],
         "daylight" => vec!["cnt = 2".to_owned(), "field = 2".to_owned()],
         "still_life" => vec!["n = 2".to_owned(), "cones = 4".to_owned()],
+        "solids/thread" => vec!["n = 3".to_owned()],
+        "solids/fractals" => vec!["n = 2".to_owned(), "m = 1".to_owned()],
+        "solids/tower" => vec!["n = 2".to_owned(), "arches = 2".to_owned()],
         _ => vec![],
     }
 }

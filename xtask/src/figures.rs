@@ -1,14 +1,31 @@
-//! The figures of the documents: each is what one command draws, and must be what it draws now.
+//! The figures of the documents: each is what a command draws. What can be the same twice must be what it draws now.
 
 use std::path::Path;
 use std::process::ExitCode;
 use std::{fs, io};
 
 use clap::Parser;
-use csg_graph_cli::{BoundsArgs, Failure};
+use csg_graph_cli::{BenchArgs, BoundsArgs, Failure, RenderArgs};
+use image::{GenericImage, RgbImage};
 
-/// The figures by their names in `docs/figures`, and the arguments of `pcsg bounds` that draw them.
-const FIGURES: [(&str, &str); 1] = [("sympodial_growth.svg", "scenes/sympodial.pcsg --sweep cnt=0..12")];
+use crate::golden::Comparison;
+
+/// Drawings of boxes, by their names in `docs/figures`, and the arguments of `pcsg bounds` that draw them.
+const GROWTHS: [(&str, &str); 1] = [("sympodial_growth.svg", "scenes/sympodial.pcsg --sweep cnt=0..12")];
+
+/// Drawings of costs, and the arguments of `pcsg bench`. They are measured, so that nobody can check them.
+const COSTS: [(&str, &str); 5] = [
+    ("cost_sympodial.svg", "scenes/peers/sympodial.pcsg --reps 3 --sweep cnt=4..60"),
+    ("cost_sierpinski.svg", "scenes/peers/sierpinski.pcsg --reps 3 --sweep n=4..40"),
+    ("cost_cheese.svg", "scenes/peers/cheese.pcsg --reps 1 --sweep n=2..20"),
+    ("cost_size.svg", "scenes/peers/sympodial.pcsg --set cnt=20 --reps 1 --sweep log2(side)=5..10"),
+    ("cost_budget.svg", "scenes/peers/sympodial.pcsg --set cnt=20 --reps 1 --sweep log2(budget)=12..24"),
+];
+
+/// Ten times closer in each picture, row by row: the sheet, the scene with the arguments of `pcsg render`, the pictures,
+/// and how many stand in a row.
+const ZOOM: (&str, &str, u32, u32) =
+    ("zoom.png", "scenes/peers/sympodial.pcsg --set cnt=60 --samples 9 --size 160x160", 10, 5);
 
 /// Why a figure is not as it should be.
 #[derive(Debug, thiserror::Error)]
@@ -19,6 +36,9 @@ pub enum FigureError {
     /// Its file cannot be read or written.
     #[error("docs/figures/{0}: {1}")]
     File(&'static str, io::Error),
+    /// Its file is no picture, or cannot become one.
+    #[error("docs/figures/{0}: {1}")]
+    Picture(&'static str, image::ImageError),
     /// Its file holds another drawing.
     #[error(
         "docs/figures/{0} is not what its command draws now; look at `cargo xtask figures` and its difference"
@@ -26,31 +46,72 @@ pub enum FigureError {
     Stale(&'static str),
 }
 
+/// The arguments of a command without its name.
 #[derive(Debug, Parser)]
 #[command(no_binary_name = true)]
-struct Figure {
+struct Arguments<A: clap::Args> {
     #[command(flatten)]
-    bounds: BoundsArgs,
+    args: A,
 }
 
-/// Draws the figures of a repository again, or checks that this would not change them.
+/// Draws the figures of a repository again, or checks that this would not change those that can be drawn twice.
 ///
 /// # Errors
 /// If one cannot be drawn, read or written, or is checked and stale.
 pub fn figures(repository: &Path, check: bool) -> Result<(), FigureError> {
-    for (name, arguments) in FIGURES {
-        let path = repository.join("docs/figures").join(name);
-        let arguments = arguments.split_whitespace().chain(["--plot", name]);
-        let mut bounds = Figure::parse_from(arguments).bounds;
-        bounds.scene.scene = repository.join(&bounds.scene.scene);
-        let drawing = csg_graph_cli::bounds::drawing(&bounds)?;
+    let folder = repository.join("docs/figures");
+    for (name, arguments) in GROWTHS {
+        let mut args: BoundsArgs = parse(arguments, &["--plot", name]);
+        args.scene.scene = repository.join(&args.scene.scene);
+        let drawing = csg_graph_cli::bounds::drawing(&args)?;
+        let file = |error| FigureError::File(name, error);
         if !check {
-            fs::write(&path, drawing).map_err(|error| FigureError::File(name, error))?;
-        } else if fs::read_to_string(&path).map_err(|error| FigureError::File(name, error))? != drawing {
+            fs::write(folder.join(name), drawing).map_err(file)?;
+        } else if fs::read_to_string(folder.join(name)).map_err(file)? != drawing {
             return Err(FigureError::Stale(name));
         }
     }
+    let (name, ..) = ZOOM;
+    let sheet = zoom(repository)?;
+    let picture = |error| FigureError::Picture(name, error);
+    if check {
+        let accepted = image::open(folder.join(name)).map_err(picture)?.to_rgb8();
+        if !Comparison::new(&accepted, &sheet).is_some_and(|comparison| comparison.passes()) {
+            return Err(FigureError::Stale(name));
+        }
+        return Ok(());
+    }
+    let bytes = csg_graph_cli::render::encode(&sheet).map_err(picture)?;
+    fs::write(folder.join(name), bytes).map_err(|error| FigureError::File(name, error))?;
+    for (name, arguments) in COSTS {
+        let mut args: BenchArgs = parse(arguments, &["--plot", name]);
+        args.scene.scene = repository.join(&args.scene.scene);
+        let drawing = csg_graph_cli::bench::drawing(&args)?;
+        fs::write(folder.join(name), drawing).map_err(|error| FigureError::File(name, error))?;
+    }
     Ok(())
+}
+
+/// The pictures of the zoom on one sheet.
+fn zoom(repository: &Path) -> Result<RgbImage, FigureError> {
+    let (name, arguments, count, across) = ZOOM;
+    let mut sheet = RgbImage::new(0, 0);
+    for number in 0..count {
+        let mut args: RenderArgs = parse(arguments, &["--zoom", &format!("1e{number}")]);
+        args.scene.scene = repository.join(&args.scene.scene);
+        let picture = csg_graph_cli::render::picture(&args)?;
+        let (width, height) = picture.dimensions();
+        if number == 0 {
+            sheet = RgbImage::new(across * width, count.div_ceil(across) * height);
+        }
+        let at = (number % across * width, number / across * height);
+        sheet.copy_from(&picture, at.0, at.1).map_err(|error| FigureError::Picture(name, error))?;
+    }
+    Ok(sheet)
+}
+
+fn parse<A: clap::Args>(arguments: &str, more: &[&str]) -> A {
+    Arguments::parse_from(arguments.split_whitespace().chain(more.iter().copied())).args
 }
 
 /// The chore.

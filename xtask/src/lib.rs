@@ -1,9 +1,12 @@
 //! The chores of this repository, for the program and for the tests.
 
+pub mod agree;
+mod example;
 pub mod figures;
 pub mod golden;
 pub mod peers;
 pub mod prove;
+pub mod solids;
 
 use std::path::{Path, PathBuf};
 

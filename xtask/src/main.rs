@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use csg_graph_cli::Command;
-use xtask::{figures, golden, peers, prove, repository};
+use xtask::{agree, figures, golden, peers, prove, repository, solids};
 
 /// The commands of pcsg without an installation, and the chores of this repository
 #[derive(Debug, Parser)]
@@ -34,6 +34,10 @@ enum Chore {
     },
     /// Sample surface points of random graphs, and show that no bounding volume cuts one off
     Prove(prove::Options),
+    /// Trace a million rays through each of many scenes by all engines, and show that they agree
+    Agree(agree::Options),
+    /// Count what the fast engine and pure span evaluation test in scenes/solids
+    Solids(solids::Options),
     /// Trace the scenes of scenes/peers in turn with a program over Embree, and print the ratios of their speeds
     Peers(peers::Options),
 }
@@ -44,6 +48,8 @@ fn main() -> ExitCode {
         Chore::Golden { bless } => golden_images(&bless),
         Chore::Figures { check } => figures::run(&repository(), check),
         Chore::Prove(options) => prove::run(&options),
+        Chore::Agree(options) => agree::run(&options),
+        Chore::Solids(options) => solids::run(&options),
         Chore::Peers(options) => peers::run(&options),
     }
 }

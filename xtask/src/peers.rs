@@ -29,7 +29,7 @@ pub struct Options {
 
 /// Why there is no table.
 #[derive(Debug, thiserror::Error)]
-enum PeersError {
+pub(crate) enum PeersError {
     #[error("{}: {source}", path.display())]
     File { path: PathBuf, source: io::Error },
     #[error("{}: it does not begin with `scene NAME N`", .0.display())]
@@ -101,10 +101,12 @@ struct Dag {
 
 /// A row of the table.
 fn compare(options: &Options, dag: &Dag) -> Result<String, PeersError> {
+    let parameter = if dag.name == "sympodial" { "cnt" } else { "n" };
+    let mut bench = bench(&format!("peers/{}", dag.name), &[&format!("{parameter}={}", dag.size)]);
     let mut own = Vec::new();
     let mut others: BTreeMap<(&[&str], u32), Vec<Value>> = BTreeMap::new();
     for _ in 0..options.rounds {
-        own.push(object(&mut bench(dag))?);
+        own.push(object(&mut bench)?);
         let primitives = own[0]["primitives"].as_str().and_then(|count| count.parse().ok());
         for (mode, rays) in ways(dag, primitives.unwrap_or(f64::INFINITY)) {
             let mut command = Command::new(&options.embench);
@@ -133,9 +135,8 @@ fn compare(options: &Options, dag: &Dag) -> Result<String, PeersError> {
     ))
 }
 
-/// `pcsg bench`, as a release build.
-fn bench(dag: &Dag) -> Command {
-    let parameter = if dag.name == "sympodial" { "cnt" } else { "n" };
+/// `pcsg bench` of a scene, as a release build.
+pub(crate) fn bench(scene: &str, set: &[&str]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(repository());
     command.args([
@@ -149,8 +150,8 @@ fn bench(dag: &Dag) -> Command {
         "--",
         "bench",
     ]);
-    command.arg(format!("scenes/peers/{}.pcsg", dag.name));
-    command.args(["--set", &format!("{parameter}={}", dag.size), "--format", "json"]);
+    command.arg(format!("scenes/{scene}.pcsg"));
+    command.args(["--format", "json"]).args(set.iter().flat_map(|set| ["--set", set]));
     command
 }
 
@@ -166,7 +167,7 @@ fn ways(dag: &Dag, primitives: f64) -> impl Iterator<Item = (&'static [&'static 
 }
 
 /// What a program prints.
-fn object(command: &mut Command) -> Result<Value, PeersError> {
+pub(crate) fn object(command: &mut Command) -> Result<Value, PeersError> {
     let output = command.stderr(Stdio::inherit()).output().ok().filter(|output| output.status.success());
     output
         .and_then(|output| serde_json::from_slice(&output.stdout).ok())

@@ -1,11 +1,8 @@
-//! The long run of the prover: an example of `csg-graph-bounds`, which this runs with the arguments that it was given.
-//!
-//! As a program of its own, because it is made of that crate alone: it is packaged with it, and a short run of the same
-//! code is one of its tests.
+//! The long run of the prover, an example of `csg-graph-bounds`.
 
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 
-use crate::repository;
+use crate::example;
 
 /// How long and from where.
 #[derive(Clone, Debug, clap::Args)]
@@ -25,32 +22,13 @@ pub struct Options {
 }
 
 /// Builds the prover and runs it. Its table goes to the standard output.
-#[expect(clippy::print_stderr, reason = "the report of a chore")]
 pub fn run(options: &Options) -> ExitCode {
     let Options { points, seed, threads, graph } = options;
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let mut command = Command::new(cargo);
-    command.current_dir(repository());
-    command.args([
-        "run",
-        "--quiet",
-        "--release",
-        "--package",
-        "csg-graph-bounds",
-        "--example",
-        "prove",
-        "--",
-    ]);
-    command.args(["--points", points, "--seed", seed]);
-    for (name, value) in [("--threads", threads), ("--graph", graph)] {
-        command.args(value.iter().flat_map(|value| [name, value]));
-    }
-    match command.status() {
-        Ok(status) if status.success() => ExitCode::SUCCESS,
-        Ok(_) => ExitCode::FAILURE,
-        Err(error) => {
-            eprintln!("error: cargo cannot be run: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    let arguments = [
+        ("--points", Some(points.as_str())),
+        ("--seed", Some(seed)),
+        ("--threads", threads.as_deref()),
+        ("--graph", graph.as_deref()),
+    ];
+    example::run("csg-graph-bounds", "prove", &arguments)
 }

@@ -140,6 +140,11 @@ pub struct RenderArgs {
     /// it at once. OUT.part is also written once a minute, so that no more than that is lost if the render is killed.
     #[arg(long)]
     pub resume: bool,
+    /// Go so many times closer to the smallest part that is seen from where the scene's camera is
+    ///
+    /// That is what a ray meets after the deepest recursion; it comes to the middle of the picture.
+    #[arg(long, value_name = "FACTOR", allow_hyphen_values = true, value_parser = zoom_factor)]
+    pub zoom: Option<f64>,
     /// Threads; without it, one a core. The picture is the same for any number
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
@@ -234,6 +239,13 @@ impl FromStr for Size {
             return Err(format!("a picture has at most {MAX_PIXELS} pixels"));
         }
         Ok(size)
+    }
+}
+
+fn zoom_factor(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(factor) if (1.0..=1e12).contains(&factor) => Ok(factor),
+        _ => Err("a zoom is a number from 1 to 1e12, for example 1000".to_owned()),
     }
 }
 

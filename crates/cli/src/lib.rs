@@ -4,7 +4,7 @@
 //! a program around it needs; [`render::picture`] and [`bounds::drawing`] serve those who want a picture and not the file.
 
 mod args;
-mod bench;
+pub mod bench;
 pub mod bounds;
 mod check;
 mod engine;
@@ -14,6 +14,7 @@ mod graph;
 mod interrupt;
 mod load;
 mod output;
+mod plot;
 mod progress;
 pub mod render;
 mod stage;

@@ -49,7 +49,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
         return Err(Failure::refused(&part, reason));
     }
     let work = Work::new(&loaded, args)?;
-    let checkpoint = Checkpoint::new(&part, &work.stage, work.plan, &work.settings);
+    let checkpoint = Checkpoint::new(&part, &work.stage, work.plan, args.zoom, &work.settings);
     let kept = if args.resume { checkpoint.load(&work.settings)? } else { None };
     let mut image = kept.map_or_else(|| work.blank(), Ok)?;
     let is_complete = work.expose(&mut image, Some(&checkpoint))?;
@@ -125,8 +125,11 @@ struct Work<'a> {
 impl<'a> Work<'a> {
     fn new(loaded: &'a Loaded, args: &RenderArgs) -> Result<Self, Failure> {
         let (plan, settings) = (args.engine.plan(args.view)?, settings(loaded, args));
-        let stage = Stage::set(loaded, plan, f64::from(settings.width) / f64::from(settings.height))?;
+        let mut stage = Stage::set(loaded, plan, f64::from(settings.width) / f64::from(settings.height))?;
         let pool = stage.threads(args.threads.unwrap_or(0))?;
+        if let Some(factor) = args.zoom {
+            pool.install(|| stage.zoom(factor))?;
+        }
         Ok(Self { plan, settings, stage, pool, start: Instant::now() })
     }
 

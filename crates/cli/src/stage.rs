@@ -6,7 +6,7 @@
 use csg_graph::{Analysis, AttributeTerm, Graph, Node};
 use csg_graph_bounds::{Aabb, root_box};
 use csg_graph_grammar::Look;
-use csg_graph_trace::{Camera, Light, LightSource, RenderError, Sky, Sun, World};
+use csg_graph_trace::{Camera, Light, LightSource, RenderError, Sky, Sun, World, zoom};
 use rayon::ThreadPool;
 
 use crate::args::Plan;
@@ -44,6 +44,12 @@ impl<'a> Stage<'a> {
             lights: self.lights.clone(),
             background: background(&self.loaded.scene.look),
         }
+    }
+
+    /// Moves the camera so many times closer to the smallest part in sight.
+    pub(crate) fn zoom(&mut self, factor: f64) -> Result<(), Failure> {
+        self.camera = zoom(&self.world(), factor).map_err(|error| self.failure(error))?;
+        Ok(())
     }
 
     /// Threads to trace with; 0 for one a core.

@@ -236,6 +236,25 @@ fn a_bench_measures_setting_up_primary_rays_and_pictures() {
 }
 
 #[test]
+fn a_bench_draws_sweeps_and_a_render_goes_closer() {
+    let (cheese, tree) = (scene("peers/cheese.pcsg"), scene("sympodial.pcsg"));
+    // One ball alone has no boxes: there is nothing to draw of them at n = 1.
+    for sweep in ["n=1..2", "log2(side)=2..3", "log2(budget)=10..11"] {
+        let size = ["--size", "8x8", "--reps", "1", "--plot", "cost.svg", "--sweep", sweep];
+        let (code, _, err, files) = run(&[&["bench", path(&cheese)], &size[..]].concat());
+        assert_eq!((code, files), (0, vec!["cost.svg".to_owned()]), "{err}");
+    }
+    for refused in ["log2(side)=1..40", "log2(budget)=-1..3", "no_such=1..2"] {
+        let (code, _, err, files) =
+            run(&["bench", path(&cheese), "--plot", "cost.svg", "--sweep", refused, "--size", "8x8"]);
+        assert!(code > 0 && files.is_empty(), "{refused}: {err}");
+    }
+    let zoom = ["render", path(&tree), "--size", "8x8", "--zoom", "1e4"];
+    assert_eq!(run(&zoom).0, 0);
+    assert_eq!(run(&[&zoom[..5], &["0.5"]].concat()).0, 2);
+}
+
+#[test]
 fn a_failed_render_leaves_the_old_picture_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("old.png"), "old").unwrap();

@@ -108,6 +108,7 @@ mod surface;
 mod tiles;
 mod view;
 mod walk;
+mod zoom;
 
 pub use camera::{Camera, CameraError, Lens};
 pub use checkpoint::LoadError;
@@ -127,3 +128,4 @@ pub use sky::{Sky, Sun};
 pub use surface::{Hit, Surface};
 pub use view::View;
 pub use walk::Walk;
+pub use zoom::zoom;

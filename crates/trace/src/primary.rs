@@ -39,6 +39,8 @@ pub struct Probe {
     pub state: Option<u32>,
     /// The boxes that the ray was tested against.
     pub box_tests: u32,
+    /// And the primitives.
+    pub primitive_tests: u32,
 }
 
 /// Traces one ray through the centre of each pixel, on the threads of the rayon pool that it is called in, to where it
@@ -77,7 +79,7 @@ pub fn primary(world: &World<'_>, width: u32, height: u32) -> Result<PrimaryPass
 
 /// Traces one ray through the centre of each pixel, on the threads of the rayon pool that it is called in, and keeps what
 /// it meets: a probe for each pixel, row by row from the upper left corner. Rays are traced one by one, so that each has
-/// a cost of its own. A probe takes 52 bytes. For the reference walk and the grid, all states are listed first.
+/// a cost of its own. A probe takes 56 bytes. For the reference walk and the grid, all states are listed first.
 ///
 /// # Errors
 /// As [`render`](crate::render), and if the states have no list.
@@ -159,6 +161,7 @@ impl Probe {
             node: hit.map(|hit| hit.node),
             state,
             box_tests: u32::try_from(counters.box_tests).unwrap_or(u32::MAX),
+            primitive_tests: u32::try_from(counters.primitive_tests).unwrap_or(u32::MAX),
         }
     }
 }

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use csg_graph::{AttributeTerm, Expr, Graph, GraphBuilder, Operator, PrimitiveKind, TransformKind};
 use csg_graph_bounds::{Limits, exact};
 use csg_graph_trace::{
-    Accelerated, Camera, Counters, Engine, FEWEST_SAMPLES, Film, LatentImage, Light, LoadError, RenderError,
-    Settings, View, World, render,
+    Accelerated, Camera, Counters, Engine, FEWEST_SAMPLES, Film, Integrator, LatentImage, Light, LoadError,
+    RenderError, Settings, View, World, render,
 };
 
 const SETTINGS: Settings = Settings {

@@ -12,6 +12,7 @@ const DIRECT: Settings = Settings {
     width: 33,
     height: 33,
     samples: 1,
+    noise: None,
     view: View::Shaded,
     integrator: Integrator::Direct,
     bounces: 64,

@@ -1,7 +1,10 @@
 //! The arguments of `bench`.
 
+use std::path::PathBuf;
+
 use clap::Args;
 
+use super::bounds::{Sweep, svg_path};
 use super::{EngineArgs, Format, SceneArgs, Size};
 
 /// Arguments of `bench`.
@@ -22,6 +25,17 @@ pub struct BenchArgs {
     /// What finds the hits.
     #[command(flatten)]
     pub engine: EngineArgs,
+    /// Draw what a ray costs along a sweep, instead of printing it for one value
+    ///
+    /// Tests are counted. Times are measured: the same command does not draw quite the same twice.
+    #[arg(long, value_name = "FILE.svg", value_parser = svg_path, requires = "sweep", conflicts_with = "format")]
+    pub plot: Option<PathBuf>,
+    /// The parameter along the plot, and its first and last value; at most 16 are tried
+    ///
+    /// Instead of a parameter, `log2(side)` takes square pictures of 2^A to 2^B pixels along a side, and `log2(budget)`
+    /// an engine with so many bytes.
+    #[arg(long, value_name = "NAME=A..B", requires = "plot", allow_hyphen_values = true)]
+    pub sweep: Option<Sweep>,
     /// How to print the result
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,

@@ -84,7 +84,7 @@ impl MethodArg {
     }
 }
 
-fn svg_path(text: &str) -> Result<PathBuf, String> {
+pub(super) fn svg_path(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let is_svg = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"));
     if is_svg { Ok(path) } else { Err("plots are SVG files: end the name with .svg".to_owned()) }
@@ -160,6 +160,18 @@ pub struct Sweep {
     pub last: i32,
 }
 
+impl Sweep {
+    /// All values, or as many as are tried at most, evenly spread from the first to the last.
+    pub(crate) fn values(&self, most: u16) -> Vec<i32> {
+        let (first, length) = (i64::from(self.first), i64::from(self.last) - i64::from(self.first));
+        let steps = length.min(i64::from(most) - 1);
+        let value = |step: i64| first + length * step / steps;
+        (0..=steps)
+            .map(|step| i32::try_from(value(step)).expect("it is between the first and the last"))
+            .collect()
+    }
+}
+
 impl FromStr for Sweep {
     type Err = String;
 
@@ -176,6 +188,22 @@ impl FromStr for Sweep {
             Ok(sweep)
         } else {
             Err("the last value must be above the first".to_owned())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sweep_tries_every_value_or_64_of_them() {
+        let sweep = |first, last| Sweep { name: "n".to_owned(), first, last };
+        assert_eq!(sweep(-1, 3).values(64), [-1, 0, 1, 2, 3]);
+        for (first, last) in [(0, 63), (0, 64), (-5, 1_000_000), (i32::MIN, i32::MAX)] {
+            let values = sweep(first, last).values(64);
+            assert_eq!((values.len(), values[0], values[63]), (64, first, last));
+            assert!(values.windows(2).all(|pair| pair[0] < pair[1]));
         }
     }
 }

@@ -54,7 +54,7 @@ pub(super) fn grow(args: &BoundsArgs, loaded: &Loaded) -> Result<(String, String
         ));
     }
     let caption = Caption { scene: loaded.file_name(), command: command(loaded, &sweep) };
-    let drawing = plot::svg(&found, &sweep, &caption);
+    let drawing = plot::svg(&found, &sweep, caption);
     let numbers = match args.format {
         Format::Table => table(&found, &sweep, guessed),
         Format::Json => json(loaded, found, sweep),

@@ -42,7 +42,13 @@ pub(super) fn path_of(picture: &Path) -> PathBuf {
 }
 
 impl Checkpoint {
-    pub(super) fn new(path: &Path, stage: &Stage<'_>, plan: Plan, settings: &Settings) -> Self {
+    pub(super) fn new(
+        path: &Path,
+        stage: &Stage<'_>,
+        plan: Plan,
+        zoom: Option<f64>,
+        settings: &Settings,
+    ) -> Self {
         let Settings { width, height, samples, noise, view, integrator, bounces } = settings;
         let or_none = |value: Option<String>| value.unwrap_or_else(|| "none".to_owned());
         let (budget, resolution) = match plan {
@@ -60,6 +66,7 @@ impl Checkpoint {
             ("view", format!("{view:?}").to_lowercase()),
             ("integrator", format!("{integrator:?}").to_lowercase()),
             ("bounces", bounces.to_string()),
+            ("zoom", or_none(zoom.map(|factor| factor.to_string()))),
             ("engine", stage.prepared.kind().to_string()),
             ("boxes", or_none(stage.prepared.method.map(|method| MethodArg::name(method).to_owned()))),
             ("budget", or_none(budget.map(|bytes| bytes.to_string()))),

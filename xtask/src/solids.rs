@@ -1,0 +1,77 @@
+//! What early exit saves below ∩ and \: `pcsg bench` of `scenes/solids` by the fast engine and by the reference walk, as a
+//! table.
+//!
+//! The walk is pure span evaluation: with the least hyper box of each node, all boundaries of all operands on the whole
+//! line. The table is of counts, which are the same on every machine.
+
+use std::process::ExitCode;
+
+use serde_json::Value;
+
+use crate::peers::{PeersError, bench, object};
+
+/// The scenes, and what is set in them.
+const SCENES: [(&str, &[&str]); 9] = [
+    ("solids/plate", &["n=4"]),
+    ("solids/plate", &["n=6"]),
+    ("solids/thread", &["n=8"]),
+    ("solids/thread", &["n=11"]),
+    ("solids/onion", &["n=41", "skin=0.97", "gap=0.985", "cut=0"]),
+    ("solids/onion", &["n=41", "skin=0.97", "gap=0.985", "cut=1"]),
+    ("solids/fractals", &["n=4", "m=6"]),
+    ("solids/tower", &["n=14"]),
+    ("cheese", &["n=5"]),
+];
+
+/// How large the picture is.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Options {
+    /// Width and height in pixels; each pixel has one ray
+    #[arg(long, value_name = "WxH", default_value = "128x128")]
+    size: String,
+}
+
+/// Runs both. The table goes to the standard output.
+#[expect(clippy::print_stdout, clippy::print_stderr, reason = "the report of a chore")]
+pub fn run(options: &Options) -> ExitCode {
+    let report = || -> Result<(), PeersError> {
+        println!(
+            "| scene | primitives | primitive tests, spans | fast | ratio | all tests, slowest 1 %, spans | fast | ratio |"
+        );
+        println!("|---|---:|---:|---:|---:|---:|---:|---:|");
+        for (scene, set) in SCENES {
+            println!("{}", row(options, scene, set)?);
+        }
+        Ok(())
+    };
+    match report() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn row(options: &Options, scene: &str, set: &[&str]) -> Result<String, PeersError> {
+    let report = |engine: &[&str]| {
+        let mut command = bench(scene, set);
+        object(command.args(["--size", &options.size, "--reps", "1"]).args(engine))
+    };
+    let spans = report(&["--engine", "reference", "--boxes", "exact"])?;
+    let fast = report(&["--engine", "fast"])?;
+    let count = |report: &Value, fields: &[&str]| -> f64 {
+        fields.iter().map(|field| report[field].as_f64().unwrap_or(f64::NAN)).sum()
+    };
+    let both = |fields: &[&str]| {
+        let (spans, fast) = (count(&spans, fields), count(&fast, fields));
+        format!("{spans:.1} | {fast:.1} | {:.1}", spans / fast)
+    };
+    Ok(format!(
+        "| `{scene}` {} | {} | {} | {} |",
+        set.join(" "),
+        fast["primitives"].as_str().unwrap_or_default(),
+        both(&["primitive_tests_per_ray"]),
+        both(&["slowest_box_tests_per_ray", "slowest_primitive_tests_per_ray"]),
+    ))
+}
