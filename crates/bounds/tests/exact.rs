@@ -277,6 +277,26 @@ fn an_intersection_is_bounded_by_its_operands() {
     assert!(conventional(&graph, &Limits::default()).unwrap().root.size().max_element() > 1e6);
 }
 
+/// Two octahedra beside each other, whose boxes overlap where they are, and lie apart where they are turned. In a union, only
+/// a chain looks at them from there.
+#[test]
+fn an_intersection_may_be_seen_to_be_empty_from_further_up() {
+    let mut builder = GraphBuilder::new();
+    let one = builder.primitive(PrimitiveKind::Octahedron, []);
+    let other = mapped(&mut builder, Move, [1.1, 1.1, 0.0], one);
+    let nothing = builder.operator(Operator::Intersection, one, other);
+    let ball = builder.primitive(Sphere, []);
+    let small = mapped(&mut builder, UScale, [0.01], ball);
+    let both = builder.operator(Operator::Union, nothing, small);
+    let turned = mapped(&mut builder, RotZ, [45.0], both);
+    let graph = builder.finish(turned).unwrap();
+    let [conventional, chain] =
+        [conventional, chain].map(|bound| bound(&graph, &Limits::default()).unwrap().root);
+    let exact = boxes(&graph).root;
+    assert!(chain.size().max_element() < 0.03 && exact.encloses(chain) && conventional.encloses(exact));
+    assert!(exact.size().max_element() > 0.5, "then let it be said that nothing is smaller");
+}
+
 #[test]
 fn boxes_enclose_what_rounding_loses() {
     // At 1e16 there are no odd numbers: a cube moved there and back has no extent left.

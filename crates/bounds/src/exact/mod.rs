@@ -34,7 +34,9 @@
 //! operands, and a difference the box of its left operand, as in the other two algorithms; above them, supports are
 //! those of what encloses the solid: of the left operand of a difference, and of the box or either operand of an
 //! intersection, whichever is least. That is what the chain algorithm takes as well, by point sets that are larger than
-//! the shapes, so that the boxes here lie in those of the chain, and these in the conventional ones.
+//! the shapes, so that the boxes here lie in those of the chain, and these in the conventional ones. One thing only a chain
+//! sees: it compares the operands of an intersection in the frames of all nodes above, and if their boxes lie apart in one
+//! of them, nothing is left of it. Here, that is seen up to the next union and not beyond.
 
 mod attractor;
 mod bottom_up;
