@@ -35,6 +35,7 @@ impl Film {
 
     /// The picture for a screen: sRGB, three bytes a pixel, row by row. The same bytes on every machine.
     pub fn to_srgb8(&self) -> Vec<u8> {
-        self.pixels.iter().flatten().map(|channel| srgb::encode_byte(f64::from(*channel))).collect()
+        let bytes = srgb::Bytes::new();
+        self.pixels.iter().flatten().map(|channel| bytes.encode(*channel)).collect()
     }
 }
