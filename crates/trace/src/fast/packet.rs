@@ -1,5 +1,9 @@
 //! Sixteen rays through super-nodes together: each box at once against all of them.
 //!
+//! Before that, all boxes of a node are tested at once against the *tube* of the packet: one line, with as much slack as the
+//! rays are apart from it. Only what it may meet is tested against the rays, the nearest last, so that it is on top of the
+//! stack.
+//!
 //! Neighbouring rays of a picture meet the same boxes. They share what is the same for all, memory, branches and the order
 //! of the children, and the arithmetic is done in vectors. Where only a few are left, they go on [alone](super::single).
 //!
