@@ -16,7 +16,7 @@
 use std::f64::consts::PI;
 
 use csg_graph::EvalError;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::Place;
 use super::bsdf::Bsdf;
@@ -138,7 +138,7 @@ impl Path {
         self.vertices.clear();
         for (mut strand, hit) in self.strands.drain(..).zip(&self.hits) {
             let Some(hit) = hit else {
-                // What the sun counts of which it would count twice with `ask_lights`.
+                // Where `ask_lights` has aimed at the sun as well, each of the two counts its part.
                 let sun_counts =
                     |towards_sun: f64| strand.density.map_or(1.0, |own| own / (own + towards_sun));
                 colours[strand.root] += strand.weight * self.daylight.seen(strand.ray.direction, sun_counts);
@@ -221,7 +221,7 @@ impl Path {
 }
 
 impl Strand {
-    fn square(&self, bounce: u32, choice: Choice) -> glam::DVec2 {
+    fn square(&self, bounce: u32, choice: Choice) -> DVec2 {
         self.sampler.square(4 * bounce + choice as u32)
     }
 }
