@@ -318,9 +318,9 @@ impl Bundle {
         let zero = f32x16::splat(simd, 0.0);
         let [x, y, z] = load(simd, &self.direction);
         let squared_length = is_in.select(x * x + y * y + z * z, f32x16::splat(simd, f32::MAX));
-        // The s where the last of them leaves the ball.
-        let last = (1.0 + 1e-3) / squared_length.reduce_min().max(LEAST).sqrt();
         let drift = is_in.select(drift, zero).reduce_max();
+        // The s where the last of them leaves the ball and what the drift adds to its boxes, √3 times as far at corners.
+        let last = (1.0 + 1e-3 + 2.0 * drift) / squared_length.reduce_min().max(LEAST).sqrt();
         let (mut origin, mut direction, mut slack) = (Vec3A::ZERO, Vec3A::ZERO, Vec3A::ZERO);
         for axis in 0..3 {
             origin[axis] = self.origin[axis].0[lead];
