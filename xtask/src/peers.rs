@@ -48,7 +48,7 @@ const MOST_TWO_LEVEL: f64 = 1e12;
 const PACKET: u32 = 16;
 
 /// Runs the comparison. Its table goes to the standard output.
-#[expect(clippy::print_stdout, clippy::print_stderr, reason = "the report of a chore")]
+#[expect(clippy::print_stdout, reason = "the report of a chore")]
 pub fn run(options: &Options) -> ExitCode {
     let report = || -> Result<(), PeersError> {
         println!(
@@ -60,7 +60,13 @@ pub fn run(options: &Options) -> ExitCode {
         }
         Ok(())
     };
-    match report() {
+    exit_code(report())
+}
+
+/// Tells of an error, if there is one.
+#[expect(clippy::print_stderr, reason = "the report of a chore")]
+pub(crate) fn exit_code(result: Result<(), PeersError>) -> ExitCode {
+    match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error}");

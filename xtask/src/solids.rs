@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use serde_json::Value;
 
-use crate::peers::{PeersError, bench, object};
+use crate::peers::{PeersError, bench, exit_code, object};
 
 /// The scenes, and what is set in them.
 const SCENES: [(&str, &[&str]); 9] = [
@@ -32,7 +32,7 @@ pub struct Options {
 }
 
 /// Runs both. The table goes to the standard output.
-#[expect(clippy::print_stdout, clippy::print_stderr, reason = "the report of a chore")]
+#[expect(clippy::print_stdout, reason = "the report of a chore")]
 pub fn run(options: &Options) -> ExitCode {
     let report = || -> Result<(), PeersError> {
         println!(
@@ -44,13 +44,7 @@ pub fn run(options: &Options) -> ExitCode {
         }
         Ok(())
     };
-    match report() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    exit_code(report())
 }
 
 fn row(options: &Options, scene: &str, set: &[&str]) -> Result<String, PeersError> {

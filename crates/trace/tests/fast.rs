@@ -1,28 +1,17 @@
 //! The fast engine against the walk.
 #![expect(clippy::unwrap_used, reason = "a test that fails to build its graph fails")]
 
+#[path = "common/agreement.rs"]
+mod agreement;
 mod common;
 
 use csg_graph::{Expr, Graph, GraphBuilder, NodeId, Operator, PrimitiveKind, TransformKind};
 use csg_graph_bounds::{Limits, exact};
-use csg_graph_trace::{Accelerated, Hit, PACKET, Ray, Walk, brute};
+use csg_graph_trace::{Accelerated, PACKET, Ray, Walk, brute};
 use glam::DVec3;
 use proptest::prelude::*;
 
-/// Where boundaries are closer than this, chance decides which of them is hit.
-const CLEARANCE: f64 = 1e-4;
-
-fn agree(walk: Option<&Hit>, fast: Option<&Hit>) -> bool {
-    match (walk, fast) {
-        (None, None) => true,
-        (Some(walk), Some(fast)) => {
-            (walk.t - fast.t).abs() <= 1e-9 * walk.t
-                && walk.normal.distance(fast.normal) < 1e-7
-                && (walk.node, walk.depth, walk.surface) == (fast.node, fast.depth, fast.surface)
-        }
-        _ => false,
-    }
-}
+use agreement::{CLEARANCE, agree};
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]

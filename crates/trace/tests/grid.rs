@@ -1,28 +1,17 @@
 //! The grid against the walk.
 #![expect(clippy::unwrap_used, reason = "a test that fails to build its graph fails")]
 
+#[path = "common/agreement.rs"]
+mod agreement;
 mod common;
 
 use csg_graph::{Expr, Graph, GraphBuilder, Operator, PrimitiveKind, TransformKind};
 use csg_graph_bounds::{Limits, exact};
-use csg_graph_trace::{Grid, Hit, Ray, Walk, brute};
+use csg_graph_trace::{Grid, Ray, Walk, brute};
 use glam::{DVec3, Vec3Swizzles};
 use proptest::prelude::*;
 
-/// Where boundaries are closer than this, chance decides which of them is hit.
-const CLEARANCE: f64 = 1e-4;
-
-fn agree(walk: Option<&Hit>, grid: Option<&Hit>) -> bool {
-    match (walk, grid) {
-        (None, None) => true,
-        (Some(walk), Some(grid)) => {
-            (walk.t - grid.t).abs() <= 1e-9 * walk.t
-                && walk.normal.distance(grid.normal) < 1e-7
-                && (walk.node, walk.depth, walk.surface) == (grid.node, grid.depth, grid.surface)
-        }
-        _ => false,
-    }
-}
+use agreement::{CLEARANCE, agree};
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
