@@ -235,11 +235,12 @@ fn nothing_is_left_of_a_solid_without_itself() {
     let found = search(&graph);
     assert!(found.gap.is_infinite() || found.aabb.is_empty());
     assert!(found.counts.cells < 200_000, "{found:?}");
-    // Operands that do not meet.
+    // Operands of which any two meet, but not all three.
     let graph = build(|b| {
         let ball = b.primitive(Sphere, []);
-        let far = mapped(b, Move, [1.5, 1.5, 0.0], ball);
-        b.operator(Intersection, ball, far)
+        let [beside, above] = [[1.9, 0.0, 0.0], [0.95, 1.645, 0.0]].map(|at| mapped(b, Move, at, ball));
+        let lens = b.operator(Intersection, ball, beside);
+        b.operator(Intersection, lens, above)
     });
     assert!(!boxes(&graph).root.is_empty());
     assert_eq!(search(&graph).aabb, Aabb::EMPTY);

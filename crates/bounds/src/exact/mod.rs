@@ -38,10 +38,12 @@
 //! sees: it compares the operands of an intersection in the frames of all nodes above, and if their boxes lie apart in one
 //! of them, nothing is left of it. Here, that is seen up to the next union and not beyond.
 
+mod apart;
 mod attractor;
 mod bottom_up;
 mod components;
 mod contraction;
+mod furthest;
 mod norm;
 mod query;
 mod solids;

@@ -186,6 +186,12 @@ impl<S: Shape> Solids<S> {
         self.push(Kind::Intersection(index(start)..index(self.parts.len())), bounds, gap, error)
     }
 
+    /// A solid without points.
+    pub(super) fn nothing(&mut self) -> Image {
+        let parts = index(self.parts.len());
+        self.push(Kind::Union(parts..parts), Aabb::EMPTY, 0.0, 0.0)
+    }
+
     /// A solid of which nothing is known yet, because it is a part of itself.
     pub(super) fn declare(&mut self) -> Image {
         self.endless = true;
@@ -255,6 +261,14 @@ impl Chain {
         let parent_from_child = self.parent_from_child * inner.parent_from_child;
         let rounding = Rounding::of_product(&parent_from_child, self.rounding, inner.rounding);
         Self { parent_from_child, rounding }
+    }
+}
+
+impl Solid {
+    /// How far along each axis a point that a face of the box touches may be from the middle. What bounds a face of an
+    /// intersection may do so from beside the box.
+    pub(super) fn reach(&self) -> DVec3 {
+        if self.touched { self.half } else { DVec3::splat(self.half.max_element()) }
     }
 }
 
