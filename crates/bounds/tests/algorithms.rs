@@ -5,7 +5,7 @@
 #[path = "../examples/growth/sympodial.rs"]
 mod sympodial;
 
-#[path = "common/solids.rs"]
+#[path = "../examples/states/solids.rs"]
 mod solids;
 
 use csg_graph::{Expr, Graph, GraphBuilder, Operator, PrimitiveKind, TransformKind};

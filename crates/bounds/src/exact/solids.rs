@@ -264,14 +264,6 @@ impl Chain {
     }
 }
 
-impl Solid {
-    /// How far along each axis a point that a face of the box touches may be from the middle. What bounds a face of an
-    /// intersection may do so from beside the box.
-    pub(super) fn reach(&self) -> DVec3 {
-        if self.touched { self.half } else { DVec3::splat(self.half.max_element()) }
-    }
-}
-
 impl Kind {
     /// Whether a query can go below it.
     pub(super) fn is_open(&self) -> bool {
