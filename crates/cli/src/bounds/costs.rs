@@ -10,7 +10,7 @@ pub struct Cost {
     pub scene: String,
     /// How many states it has.
     pub states: u32,
-    /// The time that the boxes take.
+    /// The processor time that the boxes take.
     pub seconds: f64,
     /// The memory that they take.
     pub bytes: f64,
@@ -63,7 +63,7 @@ pub fn costs_drawing(costs: &[Cost], command: &str) -> String {
         values: Values::Logarithmic(number(least / 2)..number(most.saturating_mul(2))),
         panels: [
             Panel {
-                title: "Time",
+                title: "Processor time",
                 curves: curves(|cost| cost.seconds, time),
                 y_label: |seconds| prefixed(*seconds, ["µs", "ms", "s"], 1e-6),
                 least: f64::INFINITY,
