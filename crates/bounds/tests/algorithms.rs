@@ -6,6 +6,7 @@
 mod sympodial;
 
 #[path = "../examples/states/solids.rs"]
+#[expect(dead_code, reason = "other tests use the rest")]
 mod solids;
 
 use csg_graph::{Expr, Graph, GraphBuilder, Operator, PrimitiveKind, TransformKind};

@@ -12,7 +12,7 @@ mod solids;
 use std::convert::Infallible;
 
 use common::{Instance, Kind, recipes, unfold};
-use csg_graph::{Expr, Graph, GraphBuilder, NodeId, Operator, Primitive, PrimitiveKind, TransformKind};
+use csg_graph::{Graph, GraphBuilder, NodeId, Operator, Primitive, PrimitiveKind, TransformKind};
 use csg_graph_bounds::{
     Aabb, Cell, ExactBoxes, Limits, Refinement, Scene, Shape, Side, Slabs, SolidBox, Step, Volume, exact,
 };
@@ -22,7 +22,7 @@ use solids::{cheese, cone_tower, mapped};
 
 use Operator::{Difference, Intersection, Union};
 use PrimitiveKind::{Cube, Cylinder, HalfSpace, Sphere};
-use TransformKind::{Move, RotX, RotY, RotZ, UScale};
+use TransformKind::{Move, RotX, RotY, RotZ};
 
 fn boxes(graph: &Graph) -> ExactBoxes<Graph> {
     exact(graph, &Limits::default()).unwrap()

@@ -135,8 +135,8 @@ impl Drawing<'_> {
             match self.values.clone() {
                 Values::Linear(values) => panel.draw(&area, x_title, values, i32::to_string)?,
                 Values::Logarithmic(values) => {
-                    let ticks = ticks(&(values.start.into()..values.end.into()));
-                    let ticks = ticks.iter().map(|tick| *tick as i32).collect();
+                    let decades = std::iter::successors(Some(1_i32), |decade| decade.checked_mul(10));
+                    let ticks = decades.filter(|decade| values.contains(decade)).collect();
                     let values = values.log_scale().with_key_points(ticks);
                     panel.draw(&area, x_title, values, |value| power(&(*value).into()))?;
                 }

@@ -24,7 +24,7 @@ pub(crate) fn cone_tower(n: u32, factor: f64) -> Graph {
     let rest = b.calculate([(n, Expr::from(n) - 1.0)], raised);
     let both = b.operator(Operator::Union, cone, rest);
     b.rules(tower, Some(Expr::choose(Expr::from(n).gt(1.0), 2.0, 1.0)), [cone, both]);
-    b.finish(tower).unwrap()
+    b.finish(tower).expect("a tower is a sound graph")
 }
 
 pub(crate) fn sierpinski(n: u32) -> Graph {
@@ -40,7 +40,7 @@ pub(crate) fn sierpinski(n: u32) -> Graph {
     let all = b.union(copies);
     let step = b.calculate([(n, Expr::from(n) - 1.0)], all);
     b.rules(symbol, Some(Expr::choose(Expr::from(n).gt(0.0), 2.0, 1.0)), [tetrahedron, step]);
-    b.finish(symbol).unwrap()
+    b.finish(symbol).expect("the tetrahedron is a sound graph")
 }
 
 /// `scenes/cheese.pcsg`: what is left of a cube after all balls of a sponge are taken out of it.
