@@ -71,10 +71,11 @@ impl<S: Scene> BottomUp<S> {
                 (boxes[below as usize], images[below as usize])
             }
             Term::Map(map, below) => {
-                let map = &states.maps[map as usize];
+                let (map, below_box) = (&states.maps[map as usize], boxes[below as usize]);
                 let image = solids.map(*map, images[below as usize]);
-                let found = mapped(solids, search, image, map, boxes[below as usize]);
-                (found, if found.aabb.is_empty() { solids.nothing() } else { image })
+                let found = mapped(solids, search, image, map, below_box);
+                let vanished = found.aabb.is_empty() && !below_box.aabb.is_empty();
+                (found, if vanished { solids.nothing() } else { image })
             }
             Term::Union(ref parts) => {
                 let parts = &states.parts[parts.start as usize..parts.end as usize];
