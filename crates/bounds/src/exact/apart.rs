@@ -10,7 +10,7 @@
 //! search for that point is [GILB88]'s: the nearest of the hull of some points of L − R, at most four, says which way
 //! to go for another one.
 //!
-//! It finds a direction wherever the hulls of two unions are apart, unless by less than some 10⁻⁸ of their extent.
+//! It finds a direction wherever the hulls of two unions are apart, unless by less than some 10⁻⁶ of their extent.
 //! Below an intersection, supports are the least of its operands', and no longer those of a hull: the operands of
 //! operands are therefore compared two by two, and where intersections are further down, under unions, the search may
 //! end too early. What has no end, such as a half-space, is left to the boxes.
