@@ -5,9 +5,11 @@ use std::process::ExitCode;
 use std::{fs, io};
 
 use clap::Parser;
+use csg_graph_cli::bounds::Cost;
 use csg_graph_cli::{BenchArgs, BoundsArgs, Failure, RenderArgs};
 use image::{GenericImage, RgbImage};
 
+use crate::example;
 use crate::golden::Comparison;
 
 /// Drawings of boxes, by their names in `docs/figures`, and the arguments of `pcsg bounds` that draw them.
@@ -21,6 +23,9 @@ const COSTS: [(&str, &str); 5] = [
     ("cost_size.svg", "scenes/peers/sympodial.pcsg --set cnt=20 --reps 1 --sweep log2(side)=5..10"),
     ("cost_budget.svg", "scenes/peers/sympodial.pcsg --set cnt=20 --reps 1 --sweep log2(budget)=12..24"),
 ];
+
+/// The drawing of what boxes cost, and the example of the crate of bounds that measures it.
+const STATES: (&str, &str) = ("cost_states.svg", "states");
 
 /// Ten times closer in each picture, row by row: the sheet, the scene with the arguments of `pcsg render`, the pictures,
 /// and how many stand in a row.
@@ -36,6 +41,9 @@ pub enum FigureError {
     /// Its file cannot be read or written.
     #[error("docs/figures/{0}: {1}")]
     File(&'static str, io::Error),
+    /// The example that measures it does not.
+    #[error("docs/figures/{0}: the example that measures it fails: {1}")]
+    Example(&'static str, io::Error),
     /// Its file is no picture, or cannot become one.
     #[error("docs/figures/{0}: {1}")]
     Picture(&'static str, image::ImageError),
@@ -89,7 +97,25 @@ pub fn figures(repository: &Path, check: bool) -> Result<(), FigureError> {
         let drawing = csg_graph_cli::bench::drawing(&args)?;
         fs::write(folder.join(name), drawing).map_err(|error| FigureError::File(name, error))?;
     }
-    Ok(())
+    let (name, _) = STATES;
+    fs::write(folder.join(name), states()?).map_err(|error| FigureError::File(name, error))
+}
+
+/// The drawing of what boxes cost by the number of states.
+fn states() -> Result<String, FigureError> {
+    let (name, example) = STATES;
+    let failed = |error| FigureError::Example(name, error);
+    let table = example::output("csg-graph-bounds", example).map_err(failed)?;
+    let row = |line: &str| {
+        let [scene, _, states, seconds, bytes] = line.split_whitespace().collect::<Vec<_>>()[..] else {
+            return None;
+        };
+        Some(Cost::new(scene, states.parse().ok()?, seconds.parse().ok()?, bytes.parse().ok()?))
+    };
+    let costs: Option<Vec<Cost>> = table.lines().skip(1).map(row).collect();
+    let costs = costs.ok_or_else(|| failed(io::Error::other(table.clone())))?;
+    let command = format!("cargo run --release -p csg-graph-bounds --example {example}");
+    Ok(csg_graph_cli::bounds::costs_drawing(&costs, &command))
 }
 
 /// The pictures of the zoom on one sheet.

@@ -140,7 +140,7 @@
 //!
 //! **∩ and \\** follow the algebra of boxes: an intersection has what is in both boxes, a difference the box of its left
 //! operand. An operand's own box is never clipped by the other. Unbounded shapes are fine wherever an operator bounds
-//! them.
+//! them. [`exact`] leaves nothing of an intersection where it finds a plane between the operands.
 //!
 //! Two more ways start from exact boxes and go beyond that algebra:
 //!

@@ -5,7 +5,8 @@
 #[path = "../examples/growth/sympodial.rs"]
 mod sympodial;
 
-#[path = "common/solids.rs"]
+#[path = "../examples/states/solids.rs"]
+#[expect(dead_code, reason = "other tests use the rest")]
 mod solids;
 
 use csg_graph::{Expr, Graph, GraphBuilder, Operator, PrimitiveKind, TransformKind};

@@ -5,24 +5,24 @@
 #[expect(dead_code, reason = "other tests use the rest")]
 mod common;
 
-#[path = "common/solids.rs"]
+#[path = "../examples/states/solids.rs"]
 #[expect(dead_code, reason = "other tests use the rest")]
 mod solids;
 
 use std::convert::Infallible;
 
 use common::{Instance, Kind, recipes, unfold};
-use csg_graph::{Expr, Graph, GraphBuilder, NodeId, Operator, Primitive, PrimitiveKind, TransformKind};
+use csg_graph::{Graph, GraphBuilder, NodeId, Operator, Primitive, PrimitiveKind, TransformKind};
 use csg_graph_bounds::{
     Aabb, Cell, ExactBoxes, Limits, Refinement, Scene, Shape, Side, Slabs, SolidBox, Step, Volume, exact,
 };
 use glam::{DAffine3, DMat3, DVec3};
 use proptest::prelude::*;
-use solids::{cone_tower, mapped};
+use solids::{cheese, cone_tower, mapped};
 
 use Operator::{Difference, Intersection, Union};
 use PrimitiveKind::{Cube, Cylinder, HalfSpace, Sphere};
-use TransformKind::{Move, RotX, RotY, RotZ, UScale};
+use TransformKind::{Move, RotX, RotY, RotZ};
 
 fn boxes(graph: &Graph) -> ExactBoxes<Graph> {
     exact(graph, &Limits::default()).unwrap()
@@ -235,37 +235,21 @@ fn nothing_is_left_of_a_solid_without_itself() {
     let found = search(&graph);
     assert!(found.gap.is_infinite() || found.aabb.is_empty());
     assert!(found.counts.cells < 200_000, "{found:?}");
-    // Operands that do not meet.
+    // Operands of which any two meet, but not all three.
     let graph = build(|b| {
         let ball = b.primitive(Sphere, []);
-        let far = mapped(b, Move, [1.5, 1.5, 0.0], ball);
-        b.operator(Intersection, ball, far)
+        let [beside, above] = [[1.9, 0.0, 0.0], [0.95, 1.645, 0.0]].map(|at| mapped(b, Move, at, ball));
+        let lens = b.operator(Intersection, ball, beside);
+        b.operator(Intersection, lens, above)
     });
     assert!(!boxes(&graph).root.is_empty());
     assert_eq!(search(&graph).aabb, Aabb::EMPTY);
 }
 
-/// What is left of a cube after all balls of a sponge are taken out: `scenes/cheese.pcsg`, and cut.
-fn cheese(n: u32) -> Graph {
+/// A cheese, cut.
+fn cut_cheese(n: u32) -> Graph {
     build(|b| {
-        let n = b.param("n", n.into());
-        let holes = b.symbol("HO");
-        let sphere = b.primitive(Sphere, []);
-        let ball = mapped(b, UScale, [1.07], sphere);
-        let steps = [-2.0 / 3.0, 0.0, 2.0 / 3.0];
-        let mut cells = Vec::new();
-        for at in steps.iter().flat_map(|x| steps.iter().flat_map(move |y| steps.map(|z| [*x, *y, z]))) {
-            if at.iter().filter(|step| **step == 0.0).count() < 2 {
-                let smaller = mapped(b, UScale, [1.0 / 3.0], holes);
-                cells.push(mapped(b, Move, at, smaller));
-            }
-        }
-        let cells = b.union(cells);
-        let rest = b.calculate([(n, Expr::from(n) - 1.0)], cells);
-        let both = b.operator(Union, ball, rest);
-        b.rules(holes, Some(Expr::choose(Expr::from(n).gt(1.0), 2.0, 1.0)), [ball, both]);
-        let (cube, half_space) = (b.primitive(Cube, []), b.primitive(HalfSpace, []));
-        let cheese = b.operator(Difference, cube, holes);
+        let (cheese, half_space) = (cheese(b, n), b.primitive(HalfSpace, []));
         let plane = mapped(b, Move, [0.0, 0.0, 0.3], half_space);
         b.operator(Intersection, cheese, plane)
     })
@@ -273,7 +257,7 @@ fn cheese(n: u32) -> Graph {
 
 #[test]
 fn deep_recursion_is_opened_only_where_it_matters() {
-    let found = search(&cheese(40));
+    let found = search(&cut_cheese(40));
     assert!(off(found.aabb, aabb([-1.0; 3], [1.0, 1.0, 0.3])) < 0.01, "{found:?}");
     // A hundred thousand levels, all of them below an intersection.
     let graph = cone_tower(100_000, 0.9);

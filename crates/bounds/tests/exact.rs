@@ -5,7 +5,8 @@
 #[path = "../examples/growth/sympodial.rs"]
 mod sympodial;
 
-#[path = "common/solids.rs"]
+#[path = "../examples/states/solids.rs"]
+#[expect(dead_code, reason = "other tests use the rest")]
 mod solids;
 
 use std::convert::Infallible;
@@ -22,7 +23,7 @@ use glam::{DAffine3, DVec3};
 use solids::{cone_tower, mapped, sierpinski};
 use sympodial::sympodial;
 
-use PrimitiveKind::{Cube, HalfSpace, Sphere};
+use PrimitiveKind::{Cone, Cube, HalfSpace, Octahedron, Sphere};
 use TransformKind::{Move, Rot, RotX, RotZ, UScale};
 
 fn boxes(graph: &Graph) -> ExactBoxes<Graph> {
@@ -277,24 +278,57 @@ fn an_intersection_is_bounded_by_its_operands() {
     assert!(conventional(&graph, &Limits::default()).unwrap().root.size().max_element() > 1e6);
 }
 
-/// Two octahedra beside each other, whose boxes overlap where they are, and lie apart where they are turned. In a union, only
-/// a chain looks at them from there.
-#[test]
-fn an_intersection_may_be_seen_to_be_empty_from_further_up() {
+/// What is left of two solids, small and beside a ball.
+fn beside_a_ball(one: PrimitiveKind, other: PrimitiveKind, offset: [f64; 3]) -> [Aabb; 3] {
     let mut builder = GraphBuilder::new();
-    let one = builder.primitive(PrimitiveKind::Octahedron, []);
-    let other = mapped(&mut builder, Move, [1.1, 1.1, 0.0], one);
-    let nothing = builder.operator(Operator::Intersection, one, other);
+    let [one, other] = [one, other].map(|kind| builder.primitive(kind, []));
+    let other = mapped(&mut builder, Move, offset, other);
+    let common = builder.operator(Operator::Intersection, one, other);
     let ball = builder.primitive(Sphere, []);
     let small = mapped(&mut builder, UScale, [0.01], ball);
-    let both = builder.operator(Operator::Union, nothing, small);
+    let both = builder.operator(Operator::Union, common, small);
     let turned = mapped(&mut builder, RotZ, [45.0], both);
     let graph = builder.finish(turned).unwrap();
     let [conventional, chain] =
         [conventional, chain].map(|bound| bound(&graph, &Limits::default()).unwrap().root);
-    let exact = boxes(&graph).root;
-    assert!(chain.size().max_element() < 0.03 && exact.encloses(chain) && conventional.encloses(exact));
-    assert!(exact.size().max_element() > 0.5, "then let it be said that nothing is smaller");
+    [conventional, chain, boxes(&graph).root]
+}
+
+#[test]
+fn operands_that_are_apart_leave_nothing() {
+    let ball = aabb([-0.01; 3], [0.01; 3]);
+    // The boxes of these octahedra overlap where they are, and lie apart where they are turned, under the union.
+    let [conventional, chain, exact] = beside_a_ball(Octahedron, Octahedron, [1.1, 1.1, 0.0]);
+    assert!(off(exact, ball) < 1e-14 && chain.size().max_element() < 0.03);
+    assert!(conventional.size().max_element() > 0.5);
+    // Those of these overlap in both frames.
+    for (one, other, offset) in [
+        (Octahedron, Octahedron, [1.01, 0.01, 1.0]),
+        (Octahedron, Octahedron, [0.7, 0.7, 0.7]),
+        (Sphere, Sphere, [1.2, 1.0, 1.3]),
+        (Sphere, Cube, [1.6, 1.6, 1.6]),
+        (Cone, Cone, [1.0, 0.5, 0.9]),
+    ] {
+        let [_, chain, exact] = beside_a_ball(one, other, offset);
+        assert!(off(exact, ball) < 1e-14, "{one:?} {other:?} {exact:?}");
+        assert!(chain.size().max_element() > 0.1, "{one:?} {other:?} {chain:?}");
+    }
+}
+
+#[test]
+fn operands_that_touch_leave_a_point() {
+    let diagonal = 2.0 / 3_f64.sqrt();
+    for (one, other, offset) in [
+        (Octahedron, Octahedron, [1.0, 1.0, 0.0]),
+        (Octahedron, Octahedron, [0.5, 0.5, 1.0]),
+        (Sphere, Sphere, [1.2, 1.6, 0.0]),
+        (Sphere, Sphere, [diagonal; 3]),
+        (Sphere, Cube, [2.0, 0.0, 0.0]),
+        (Cone, Cube, [-1.5, 0.5, 1.5]),
+    ] {
+        let [_, _, exact] = beside_a_ball(one, other, offset);
+        assert!(exact.size().max_element() > 0.2, "{one:?} {other:?} {exact:?}");
+    }
 }
 
 #[test]

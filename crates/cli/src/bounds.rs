@@ -1,6 +1,7 @@
 //! `pcsg bounds`: volumes of the whole, of all nodes and of all states, listed, compared, or drawn as they grow.
 
 mod compare;
+mod costs;
 mod growth;
 mod instances;
 mod list;
@@ -13,6 +14,7 @@ use crate::Failure;
 use crate::args::BoundsArgs;
 use crate::load::load;
 
+pub use costs::{Cost, costs_drawing};
 pub(crate) use methods::{failure, hyper_boxes, refuse_more_than};
 pub(crate) use volume::line;
 

@@ -5,6 +5,7 @@
 use std::ops::Range;
 
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
 
 /// Width and height of the drawing, in pixels.
@@ -33,8 +34,15 @@ pub(crate) struct Drawing<'a> {
     /// What the curves are, each from so many pixels on.
     pub(crate) legend: &'a [(i32, Style, &'a str)],
     pub(crate) x_title: &'a str,
-    pub(crate) values: Range<i32>,
+    pub(crate) values: Values,
     pub(crate) panels: [Panel<'a>; 2],
+}
+
+/// The axis that both panels share.
+#[derive(Clone)]
+pub(crate) enum Values {
+    Linear(Range<i32>),
+    Logarithmic(Range<i32>),
 }
 
 /// One of the panels.
@@ -65,9 +73,11 @@ pub(crate) struct Style {
 
 #[derive(Clone, Copy)]
 enum Marker {
+    None,
     Square,
     Triangle,
     Circle,
+    Diamond,
 }
 
 impl Style {
@@ -79,6 +89,10 @@ impl Style {
     /// Wide enough to be seen beneath others.
     pub(crate) const GREEN: Self =
         Self { colour: RGBColor(0x00, 0x9E, 0x73), width: 4, marker: Marker::Circle };
+    pub(crate) const PURPLE: Self =
+        Self { colour: RGBColor(0xCC, 0x79, 0xA7), width: 2, marker: Marker::Diamond };
+    /// For what is there to compare with.
+    pub(crate) const GUIDE: Self = Self { colour: PALE_INK, width: 1, marker: Marker::None };
 }
 
 impl Marker {
@@ -92,6 +106,10 @@ impl Marker {
 
     fn triangle(colour: RGBColor) -> TriangleMarker<(i32, i32), i32> {
         TriangleMarker::new((0, 0), 5, colour.filled())
+    }
+
+    fn diamond(colour: RGBColor) -> Polygon<(i32, i32)> {
+        Polygon::new([(0, -7), (6, 0), (0, 7), (-6, 0)], colour.filled())
     }
 }
 
@@ -113,8 +131,18 @@ impl Drawing<'_> {
         write(area, &self.command, (LEFT, SIZE.1.cast_signed() - 32), 11, PALE_INK)?;
         let (upper, lower) = area.margin(PANELS[0], FOOT, 0, 24).split_vertically(PANELS[1] - PANELS[0]);
         let [first, second] = &self.panels;
-        first.draw(&upper, None, self.values.clone())?;
-        second.draw(&lower, Some(self.x_title), self.values.clone())
+        for (panel, area, x_title) in [(first, upper, None), (second, lower, Some(self.x_title))] {
+            match self.values.clone() {
+                Values::Linear(values) => panel.draw(&area, x_title, values, i32::to_string)?,
+                Values::Logarithmic(values) => {
+                    let decades = std::iter::successors(Some(1_i32), |decade| decade.checked_mul(10));
+                    let ticks = decades.filter(|decade| values.contains(decade)).collect();
+                    let values = values.log_scale().with_key_points(ticks);
+                    panel.draw(&area, x_title, values, |value| power(&(*value).into()))?;
+                }
+            }
+        }
+        Ok(())
     }
 
     /// What each curve is, in a row above the panels, where no curve can be.
@@ -128,6 +156,8 @@ impl Drawing<'_> {
         for (x, Style { colour, marker, .. }, _) in self.legend {
             let at = EmptyElement::at((LEFT + x + 17, Y));
             match marker {
+                Marker::None => {}
+                Marker::Diamond => area.draw(&(at + Marker::diamond(*colour)))?,
                 Marker::Square => area.draw(&(at + Marker::square(*colour)))?,
                 Marker::Triangle => area.draw(&(at + Marker::triangle(*colour)))?,
                 Marker::Circle => area.draw(&(at + Marker::circle(*colour)))?,
@@ -138,11 +168,21 @@ impl Drawing<'_> {
 }
 
 impl Panel<'_> {
-    fn draw(&self, area: &Area<'_>, x_title: Option<&str>, values: Range<i32>) -> Drawn {
+    fn draw<X>(
+        &self,
+        area: &Area<'_>,
+        x_title: Option<&str>,
+        values: X,
+        x_label: impl Fn(&i32) -> String,
+    ) -> Drawn
+    where
+        X: AsRangedCoord<Value = i32>,
+        X::CoordDescType: Ranged<ValueType = i32> + ValueFormatter<i32>,
+    {
         write(area, self.title, (LEFT, 2), 14, INK)?;
         let points = self.curves.iter().flat_map(|curve| &curve.points);
         let [lowest, highest] =
-            points.fold([self.least; 2], |[low, high], (_, y, _)| [low.min(*y), high.max(*y)]);
+            points.fold([self.least, 0.0], |[low, high], (_, y, _)| [low.min(*y), high.max(*y)]);
         // Room above the highest marker, and below the lowest one.
         let heights = lowest * 0.8..(highest * 1.5).max(lowest * 10.0);
         let ticks = ticks(&heights);
@@ -162,6 +202,7 @@ impl Panel<'_> {
             .label_style(font(12, INK))
             .axis_desc_style(font(13, INK))
             .x_desc(x_title.unwrap_or_default())
+            .x_label_formatter(&x_label)
             .y_label_formatter(&self.y_label)
             .draw()?;
         for Curve { style, points } in &self.curves {
@@ -172,6 +213,8 @@ impl Panel<'_> {
             let marked = points.iter().filter(|(.., marked)| *marked);
             let at = marked.map(|(x, y, _)| EmptyElement::at((*x, *y)));
             match marker {
+                Marker::None => {}
+                Marker::Diamond => chart.draw_series(at.map(|at| at + Marker::diamond(*colour))).map(drop)?,
                 Marker::Square => chart.draw_series(at.map(|at| at + Marker::square(*colour))).map(drop)?,
                 Marker::Triangle => {
                     chart.draw_series(at.map(|at| at + Marker::triangle(*colour))).map(drop)?

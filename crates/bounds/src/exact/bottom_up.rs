@@ -7,6 +7,7 @@
 
 use glam::{DAffine3, DVec3};
 
+use super::apart::are_apart;
 use super::attractor::ERRORS;
 use super::components::Components;
 use super::query::{Found, Search, spread};
@@ -70,10 +71,11 @@ impl<S: Scene> BottomUp<S> {
                 (boxes[below as usize], images[below as usize])
             }
             Term::Map(map, below) => {
-                let map = &states.maps[map as usize];
+                let (map, below_box) = (&states.maps[map as usize], boxes[below as usize]);
                 let image = solids.map(*map, images[below as usize]);
-                let found = mapped(solids, search, image, map, boxes[below as usize]);
-                (found, image)
+                let found = mapped(solids, search, image, map, below_box);
+                let vanished = found.aabb.is_empty() && !below_box.aabb.is_empty();
+                (found, if vanished { solids.nothing() } else { image })
             }
             Term::Union(ref parts) => {
                 let parts = &states.parts[parts.start as usize..parts.end as usize];
@@ -86,7 +88,11 @@ impl<S: Scene> BottomUp<S> {
                 let [left, right] = operands.map(|operand| boxes[operand as usize]);
                 let (aabb, gap) = (left.aabb.intersect(right.aabb), left.gap.max(right.gap));
                 let operands = operands.map(|operand| images[operand as usize]);
-                (StateBox { aabb, gap }, solids.intersection(operands, aabb, gap))
+                if aabb.is_empty() || are_apart(solids, search, operands, [left, right]) {
+                    (EMPTY, solids.nothing())
+                } else {
+                    (StateBox { aabb, gap }, solids.intersection(operands, aabb, gap))
+                }
             }
         };
         (boxes[state], images[state]) = (found, image);
@@ -135,7 +141,9 @@ pub(super) fn mapped<S: Shape>(
     };
     let max = DVec3::new(face(0, 1.0), face(1, 1.0), face(2, 1.0));
     let min = DVec3::ZERO - DVec3::new(face(0, -1.0), face(1, -1.0), face(2, -1.0));
-    StateBox { aabb: Aabb { min, max }, gap }
+    // Above an intersection, upper bounds may have passed each other.
+    let aabb = Aabb::new(min, max);
+    if aabb.is_empty() { EMPTY } else { StateBox { aabb, gap } }
 }
 
 /// A box that holds what a query is for, in a frame where the query has this direction and the origin this support.
@@ -154,13 +162,23 @@ pub(super) fn support<S: Shape>(
     known: &Known,
 ) -> Support {
     let StateBox { aabb, gap } = known.below;
+    if aabb.is_empty() {
+        return Support { upper: f64::NEG_INFINITY, gap: 0.0 };
+    }
     let outer = aabb.support_above(known.direction, known.offset);
     if !outer.is_finite() {
         return Support { upper: outer, gap: 0.0 };
     }
     let extent = known.direction.abs().dot(aabb.size());
-    let uncertain = |gap| spread(aabb.size(), gap, known.direction).min(extent);
     let part = solids.part(image);
+    let touched = solids.solid(part.solid).touched;
+    let uncertain = |gap| {
+        if touched {
+            spread(aabb.size(), gap, known.direction).min(extent)
+        } else {
+            spread(DVec3::splat(aabb.size().max_element()), gap, known.direction)
+        }
+    };
     let error = || solids.error(&part) * direction.length() * (1.0 + 4.0 * f64::EPSILON);
     // An attractor may be as flat as its rounding errors, and no query makes those smaller.
     let least = if solids.endless { ERRORS * error() } else { 0.0 };

@@ -17,6 +17,7 @@
 //! - [`states`]: which states there are, each once.
 //! - [`solids`]: the states without what has no extent of its own.
 //! - [`query`]: the support of a solid.
+//! - [`apart`]: whether anything is left of an intersection, by [`furthest`] points of its operands.
 //! - [`bottom_up`]: all boxes.
 //!
 //! A state that leads back to itself has no leaves to start from. Where the recursion shrinks, it has a bounded solid all
@@ -34,14 +35,16 @@
 //! operands, and a difference the box of its left operand, as in the other two algorithms; above them, supports are
 //! those of what encloses the solid: of the left operand of a difference, and of the box or either operand of an
 //! intersection, whichever is least. That is what the chain algorithm takes as well, by point sets that are larger than
-//! the shapes, so that the boxes here lie in those of the chain, and these in the conventional ones. One thing only a chain
-//! sees: it compares the operands of an intersection in the frames of all nodes above, and if their boxes lie apart in one
-//! of them, nothing is left of it. Here, that is seen up to the next union and not beyond.
+//! the shapes. Where a chain finds the boxes of both operands apart, in any frame above them, nothing is left of the
+//! intersection; here, [`apart`] finds that out without a frame. So the boxes here lie in those of the chain, and these in
+//! the conventional ones, unless a query reaches the limit of its expansions.
 
+mod apart;
 mod attractor;
 mod bottom_up;
 mod components;
 mod contraction;
+mod furthest;
 mod norm;
 mod query;
 mod solids;
@@ -58,7 +61,8 @@ pub(crate) use states::{States, Term};
 ///
 /// Each encloses its solid, rounding included. The box of a union of transformed shapes is the least one, but for its
 /// [`gap`](StateBox::gap) and for rounding: some 10⁻¹⁴ of the largest coordinates below it, and as much more as the maps
-/// lose by cancellation. An intersection gets the intersection of the boxes, a difference the box of its left operand.
+/// lose by cancellation. An intersection gets the intersection of the boxes, or the empty box where a plane between its
+/// operands is found; a difference gets the box of its left operand.
 ///
 /// A recursion that never ends has a box if it shrinks: that of its attractor, the largest bounded solid that is what the
 /// recursion makes of it. Such a recursion needs no shape at all:
@@ -117,7 +121,8 @@ pub(crate) use states::{States, Term};
 /// # Cost
 /// Memory in proportion to the states: about half a kilobyte each. Time too, and for each transformation that turns or
 /// shears up to six support queries. One query expands, in what shrinks as it recurses, some multiple of the levels until
-/// a part is smaller than the gap; at most [`Limits::expansions`]. Neither depends on the size of the unfolded tree. For
+/// a part is smaller than the gap; at most [`Limits::expansions`]. For each intersection, a few searches in addition, of
+/// some dozens of expansions at most. None depends on the size of the unfolded tree. For
 /// states that lead back to themselves, rounds of such queries, some ten of few expansions each.
 ///
 /// # Errors

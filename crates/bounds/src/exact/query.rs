@@ -233,11 +233,19 @@ impl Search {
                 open.upper = exact.min(open.upper);
                 open.upper
             } else {
-                let spread = 2.0 * but_the_largest(extents);
+                let mut spread = 2.0 * but_the_largest(extents);
+                if !solid.touched {
+                    // What bounds a face of an intersection may do so from beside the box.
+                    spread = 2.0 * but_the_largest(solid.half.max_element() * direction.abs());
+                }
                 // A point of the solid is at most so far below a face, and at most twice the extents below the support.
                 let below = spread + solid.gap * direction.abs().max_element();
                 let lower = (support - below.min(2.0 * extents.element_sum())).min(open.upper);
-                let uncertain = if self.rough { spread } else { open.upper - lower };
+                let uncertain = match solid.touched {
+                    _ if self.rough => spread,
+                    true => open.upper - lower,
+                    false => below,
+                };
                 // Twice, because the gap of a box that ended within the tolerance must be within it further up.
                 if uncertain > 2.0 * query.tolerance && solid.kind.is_open() {
                     if solid.touched && open.and.is_none() {

@@ -186,6 +186,12 @@ impl<S: Shape> Solids<S> {
         self.push(Kind::Intersection(index(start)..index(self.parts.len())), bounds, gap, error)
     }
 
+    /// A solid without points.
+    pub(super) fn nothing(&mut self) -> Image {
+        let parts = index(self.parts.len());
+        self.push(Kind::Union(parts..parts), Aabb::EMPTY, 0.0, 0.0)
+    }
+
     /// A solid of which nothing is known yet, because it is a part of itself.
     pub(super) fn declare(&mut self) -> Image {
         self.endless = true;

@@ -103,12 +103,6 @@ pub(crate) fn union_recipes() -> impl Strategy<Value = Recipe> {
     (0..4_u8, step, primitives()).prop_map(|(n, step, base)| Recipe { n, step, base })
 }
 
-/// Recursive unions and differences.
-pub(crate) fn difference_recipes() -> impl Strategy<Value = Recipe> {
-    let step = terms(&[Operator::Union, Operator::Difference], 0, primitives());
-    (0..4_u8, step, primitives()).prop_map(|(n, step, base)| Recipe { n, step, base })
-}
-
 /// Recursive unions of polytopes.
 pub(crate) fn polytope_recipes() -> impl Strategy<Value = Recipe> {
     let step = terms(&[Operator::Union], 0, polytopes());

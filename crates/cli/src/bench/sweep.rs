@@ -9,7 +9,7 @@ use std::path::Path;
 use super::{Measured, measure};
 use crate::args::{BenchArgs, Plan, Size, Sweep, ViewArg};
 use crate::load::Loaded;
-use crate::plot::{Curve, Drawing, Panel, Style, power};
+use crate::plot::{Curve, Drawing, Panel, Style, Values, power};
 use crate::{Failure, output, progress};
 
 /// The most values that are tried.
@@ -52,7 +52,7 @@ pub(crate) fn drawing(args: &BenchArgs, loaded: &Loaded, sweep: &Sweep) -> Resul
             (510, Style::ORANGE, "primary rays alone"),
         ],
         x_title: &sweep.name,
-        values: sweep.first..sweep.last,
+        values: Values::Linear(sweep.first..sweep.last),
         panels: [
             Panel {
                 title: "Tests a primary ray: boxes and primitives",

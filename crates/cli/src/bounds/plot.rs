@@ -8,7 +8,7 @@ use csg_graph::BigUint;
 
 use super::sweep::{Sample, Samples};
 use crate::args::{MethodArg, Sweep};
-use crate::plot::{Curve, Drawing, Panel, Point, Style, power};
+use crate::plot::{Curve, Drawing, Panel, Point, Style, Values, power};
 
 /// Counts of boxes beyond this leave the panel.
 const MOST_BOXES: f64 = 1e12;
@@ -50,7 +50,7 @@ pub(super) fn svg(samples: &Samples, sweep: &Sweep, caption: Caption) -> String 
             (510, EXACT, "exact: one box a state"),
         ],
         x_title: &sweep.name,
-        values: sweep.first..sweep.last,
+        values: Values::Linear(sweep.first..sweep.last),
         panels: [
             Panel {
                 title: "Volume of the root box, relative to the exact one",

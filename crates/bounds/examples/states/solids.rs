@@ -1,4 +1,4 @@
-//! Recursive solids that several tests bound.
+//! Recursive solids as graphs; the tests bound them too.
 
 use csg_graph::{Expr, Graph, GraphBuilder, NodeId, Operator, PrimitiveKind, TransformKind};
 
@@ -24,7 +24,7 @@ pub(crate) fn cone_tower(n: u32, factor: f64) -> Graph {
     let rest = b.calculate([(n, Expr::from(n) - 1.0)], raised);
     let both = b.operator(Operator::Union, cone, rest);
     b.rules(tower, Some(Expr::choose(Expr::from(n).gt(1.0), 2.0, 1.0)), [cone, both]);
-    b.finish(tower).unwrap()
+    b.finish(tower).expect("a tower is a sound graph")
 }
 
 pub(crate) fn sierpinski(n: u32) -> Graph {
@@ -40,5 +40,27 @@ pub(crate) fn sierpinski(n: u32) -> Graph {
     let all = b.union(copies);
     let step = b.calculate([(n, Expr::from(n) - 1.0)], all);
     b.rules(symbol, Some(Expr::choose(Expr::from(n).gt(0.0), 2.0, 1.0)), [tetrahedron, step]);
-    b.finish(symbol).unwrap()
+    b.finish(symbol).expect("the tetrahedron is a sound graph")
+}
+
+/// `scenes/cheese.pcsg`: what is left of a cube after all balls of a sponge are taken out of it.
+pub(crate) fn cheese(b: &mut GraphBuilder, n: u32) -> NodeId {
+    let n = b.param("n", n.into());
+    let holes = b.symbol("HO");
+    let sphere = b.primitive(PrimitiveKind::Sphere, []);
+    let ball = mapped(b, UScale, [1.07], sphere);
+    let steps = [-2.0 / 3.0, 0.0, 2.0 / 3.0];
+    let mut cells = Vec::new();
+    for at in steps.iter().flat_map(|x| steps.iter().flat_map(move |y| steps.map(|z| [*x, *y, z]))) {
+        if at.iter().filter(|step| **step == 0.0).count() < 2 {
+            let smaller = mapped(b, UScale, [1.0 / 3.0], holes);
+            cells.push(mapped(b, Move, at, smaller));
+        }
+    }
+    let cells = b.union(cells);
+    let rest = b.calculate([(n, Expr::from(n) - 1.0)], cells);
+    let both = b.operator(Operator::Union, ball, rest);
+    b.rules(holes, Some(Expr::choose(Expr::from(n).gt(1.0), 2.0, 1.0)), [ball, both]);
+    let cube = b.primitive(PrimitiveKind::Cube, []);
+    b.operator(Operator::Difference, cube, holes)
 }
