@@ -5,7 +5,7 @@ use csg_graph::{Graph, Node, Step};
 use csg_graph_grammar::{Override, Scene, load, parse, print};
 
 fn scene(source: &str, overrides: &[&str]) -> Scene {
-    let overrides: Vec<_> = overrides.iter().map(|set| Override::parse(set).unwrap()).collect();
+    let overrides: Vec<_> = overrides.iter().map(|set| Override::parse(set).expect("an override")).collect();
     let told = |reports: Vec<csg_graph_grammar::Diagnostic>| reports[0].render("", source, false);
     let lowered = load(source, &overrides).unwrap_or_else(|reports| panic!("{}", told(reports)));
     assert_eq!(lowered.warnings, [], "{source}");
@@ -27,7 +27,7 @@ fn sizes(graph: &Graph) -> Vec<f64> {
     let mut sizes = Vec::new();
     let mut pending = vec![graph.root_state()];
     while let Some(state) = pending.pop() {
-        let step = graph.step(&state).unwrap();
+        let step = graph.step(&state).expect("every expression has a value");
         if let Step::Transform(transform, _) = &step {
             sizes.push(transform.to_affine().matrix3.x_axis.x);
         }
@@ -198,7 +198,7 @@ fn positions_survive_printing() {
 }
 
 fn told(source: &str, overrides: &[&str]) -> Vec<String> {
-    let overrides: Vec<_> = overrides.iter().map(|set| Override::parse(set).unwrap()).collect();
+    let overrides: Vec<_> = overrides.iter().map(|set| Override::parse(set).expect("an override")).collect();
     let reports = load(source, &overrides).expect_err("a mistake");
     reports
         .iter()

@@ -7,7 +7,7 @@ use csg_graph::{Expr, ParamId};
 use super::Lowering;
 use super::chance::Sites;
 use crate::names::{PI, SEED, nearest};
-use crate::number::Number;
+use crate::number::{NOT_A_NUMBER, Number};
 use crate::syntax::{PrefixKind, Term};
 use crate::{Diagnostic, Override, Span};
 
@@ -119,9 +119,7 @@ impl<'t> Lowering<'t> {
             let label =
                 if values.is_empty() { String::new() } else { format!("where {}", values.join(", ")) };
             diagnostics.push(
-                Diagnostic::error(span, format!("{what} is not a number"))
-                    .label(label)
-                    .help("0/0 is none, nor is the root or the logarithm of a negative number"),
+                Diagnostic::error(span, format!("{what} is not a number")).label(label).help(NOT_A_NUMBER),
             );
         }
         None
