@@ -37,6 +37,7 @@ pub(crate) fn smaller(name: &str) -> Vec<String> {
         "cheese" | "solids/plate" => vec!["n = 2".to_owned()],
         "daylight" => vec!["cnt = 2".to_owned(), "field = 2".to_owned()],
         "still_life" => vec!["n = 2".to_owned(), "cones = 4".to_owned()],
+        "bush" => vec!["n = 1".to_owned(), "stems = 3".to_owned(), "petals = 9".to_owned()],
         "solids/thread" => vec!["n = 3".to_owned()],
         "solids/fractals" => vec!["n = 2".to_owned(), "m = 1".to_owned()],
         "solids/tower" => vec!["n = 2".to_owned(), "arches = 2".to_owned()],

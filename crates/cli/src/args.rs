@@ -34,6 +34,7 @@ const EXAMPLES: &str = "\
 Examples:
   pcsg render tree.pcsg                        a picture: tree.png
   pcsg render tree.pcsg --set cnt=5 -o 5.png   the same with another parameter
+  pcsg render bush.pcsg --seed 7               another one of its kind, where there are random numbers
   pcsg render tree.pcsg -o tree.exr            colours beyond a screen's, with depth, normals, and more in layers
   pcsg render tree.pcsg --samples 1000         a long one: Ctrl-C keeps what there is, --resume goes on from it
   pcsg render tree.pcsg --integrator path --samples 64
@@ -95,9 +96,21 @@ pub struct SceneArgs {
     /// computes from NAME follow.
     #[arg(long, value_name = "NAME=EXPR", value_parser = assignment)]
     pub set: Vec<String>,
+    /// The seed of all random numbers, in place of the file's: another seed, another of its kind
+    ///
+    /// A whole number below 2^53. It is what --set seed=N does.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..1 << 53))]
+    pub seed: Option<u64>,
     /// The most states to list before giving up on a recursion
     #[arg(long, value_name = "N", default_value_t = csg_graph::Limits::default().states)]
     pub max_states: usize,
+}
+
+impl SceneArgs {
+    /// All assignments to initial parameters, of which the last to a parameter counts.
+    pub(crate) fn assignments(&self) -> Vec<String> {
+        self.set.iter().cloned().chain(self.seed.map(|seed| format!("seed={seed}"))).collect()
+    }
 }
 
 fn assignment(text: &str) -> Result<String, String> {

@@ -26,14 +26,15 @@ pub(crate) struct Loaded {
 pub(crate) fn load(args: &SceneArgs) -> Result<Loaded, Failure> {
     let source = read(&args.scene)?;
     let name = args.scene.display().to_string();
-    let lowered = lower(&source, &args.set).map_err(|diagnostics| {
+    let set = args.assignments();
+    let lowered = lower(&source, &set).map_err(|diagnostics| {
         report(&name, &source, &diagnostics);
         mistakes(&args.scene, &diagnostics)
     })?;
     report(&name, &source, &lowered.warnings);
     let mut limits = Limits::default();
     limits.states = args.max_states;
-    let (path, set) = (args.scene.clone(), args.set.clone());
+    let path = args.scene.clone();
     Ok(Loaded { scene: lowered.scene, limits, path, name, source, set })
 }
 

@@ -355,6 +355,8 @@ fn wrong_usage_ends_with_2() {
         &["bench", tower, "--view", "cost"],
         &["bench", tower, "--engine", "fast", "--boxes", "none"],
         &["render", tower, "--set", "n"],
+        &["render", tower, "--seed", "-1"],
+        &["check", tower, "--seed", "9007199254740992"],
         &["bounds", tower, "--method", "magic"],
         &["bounds", tower, "--volume", "ball"],
         &["bounds", tower, "--volume", "obb", "--method", "chain"],
@@ -390,6 +392,7 @@ fn mistakes_in_the_input_end_with_1() {
         (&["render", "."], "cannot read it"),
         (&["check", tower, "--set", "m=3"], "`m`"),
         (&["check", tower, "--set", "n=3+"], "error"),
+        (&["check", tower, "--seed", "3"], "nothing in it is random"),
         (&["check", tower, "--set", "n=4"], "singular"),
         (&["check", tower, "--max-states", "10"], "--max-states"),
         (&["bounds", tower, "--max-steps", "10"], "--max-steps allows 10"),
@@ -411,6 +414,23 @@ fn mistakes_in_the_input_end_with_1() {
         assert_eq!((code, out.as_str(), files.len()), (1, "", 0), "{args:?}: {err}");
         assert!(err.contains(expected), "{args:?}: {err}");
     }
+}
+
+#[test]
+fn a_seed_makes_another_of_the_kind() {
+    let folder = tempfile::tempdir().unwrap();
+    let balls = "{} ROW | move(3, 0, 0) ROW\nROW -> uscale(rand(0.5, 1)) sphere";
+    fs::write(folder.path().join("balls.pcsg"), balls).unwrap();
+    let picture = |more: &[&str]| {
+        let base = ["render", "balls.pcsg", "--size", "32x16", "--samples", "1", "-o", "balls.png"];
+        let (code, _, err, _) = run_in(folder.path(), &[&base, more].concat());
+        assert_eq!(code, 0, "{err}");
+        fs::read(folder.path().join("balls.png")).unwrap()
+    };
+    let none = picture(&[]);
+    assert_eq!(none, picture(&["--seed", "0"]));
+    assert_ne!(none, picture(&["--seed", "7"]));
+    assert_eq!(picture(&["--seed", "7"]), picture(&["--set", "seed=7", "--threads", "2"]));
 }
 
 #[test]

@@ -6,8 +6,13 @@ use std::collections::BTreeSet;
 use csg_graph::{EvalError, GraphError, Node, NodeId, StatesError, SymbolState};
 
 use crate::faults::evaluation;
+use crate::names::SEED;
 use crate::number::{Number, values};
 use crate::{Diagnostic, Scene, SourceMap};
+
+/// What to do about states that differ by chance.
+const TOO_RANDOM: &str = "every reference changes `seed`, and each of its values makes states of their own; if the recursion \
+                          ends, leave it few, as by `{seed = seed % 8}` before a reference, or raise the limit of states";
 
 impl Scene {
     /// Tells where and why an evaluation failed.
@@ -92,6 +97,7 @@ impl Scene {
             self.changing().filter(|name| last.values.iter().any(|(known, _)| known == name)).collect();
         let help = match changing.as_slice() {
             [] => "if so many are meant, raise the limit of states".to_owned(),
+            names if names.contains(&SEED) => TOO_RANDOM.to_owned(),
             [name] => {
                 format!("`{name}` takes very many values; if they are meant, raise the limit of states")
             }
@@ -110,7 +116,8 @@ impl Scene {
         let last = path.last()?;
         let mut same = path.iter().filter(|state| state.node == last.node);
         let (first, before) = (same.next()?, same.rev().nth(1)?);
-        last.values.iter().find_map(|(name, to)| {
+        let mut counters = last.values.iter().filter(|(name, _)| name != SEED);
+        counters.find_map(|(name, to)| {
             let (from, before) = (value(first, name)?, value(before, name)?);
             let levels = ((to - from) / (to - before)).abs();
             let nodes = self.graph.nodes().count();

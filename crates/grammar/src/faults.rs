@@ -2,7 +2,7 @@
 
 use csg_graph::{AttributeTerm, EvalError, Fault};
 
-use crate::number::{Number, values};
+use crate::number::{NOT_A_NUMBER, Number, values};
 use crate::{Diagnostic, SourceMap, Span};
 
 /// Tells where and why an evaluation failed.
@@ -65,8 +65,7 @@ impl Evaluation<'_> {
     }
 
     fn not_a_number(&self) -> Diagnostic {
-        self.error(format!("a value of `{}` is not a number", self.name), "not a number")
-            .help("0/0 is none, nor is the root or the logarithm of a negative number")
+        self.error(format!("a value of `{}` is not a number", self.name), "not a number").help(NOT_A_NUMBER)
     }
 
     fn infinite(&self) -> Diagnostic {

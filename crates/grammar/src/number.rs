@@ -17,6 +17,10 @@ impl fmt::Display for Number {
     }
 }
 
+/// Where what is not a number may have come from.
+pub(crate) const NOT_A_NUMBER: &str = "0/0 is none, nor is the root or the logarithm of a negative number, or a pick whose \
+                                       weights are negative or all 0";
+
 /// `where a = 1, b = 2`, if there are any.
 pub(crate) fn values(values: &[(String, f64)]) -> Option<String> {
     const SHOWN: usize = 8;

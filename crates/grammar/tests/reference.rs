@@ -1,6 +1,6 @@
 //! `docs/language.md` says what the code does. Published crates do not carry it; then there is nothing to test.
 
-use csg_graph::{Function, PrimitiveKind, TransformKind};
+use csg_graph::{Function, NORMAL_REACH, PrimitiveKind, TransformKind};
 use csg_graph_grammar::{load, parse, print};
 
 fn reference() -> Option<String> {
@@ -31,6 +31,7 @@ fn the_tables_are_those_of_the_graph() {
     assert_eq!(table(&text, "Transformations"), rows(transforms));
     let functions = Function::ALL.iter().map(|function| (function.signature(), function.summary()));
     assert_eq!(table(&text, "Functions"), rows(functions));
+    assert!(text.contains(&format!("{NORMAL_REACH} deviations")));
 }
 
 #[test]
