@@ -9,7 +9,7 @@
 use std::ops::{Add, Div, Mul, Neg, Rem, Sub};
 
 use crate::vocabulary::vocabulary;
-use crate::{Env, ParamId, angle};
+use crate::{Env, Interval, ParamId, angle};
 
 /// An arithmetic expression over parameters.
 ///
@@ -113,7 +113,7 @@ impl Function {
         self.signature().matches(',').count() + 1
     }
 
-    fn apply(self, args: &[f64]) -> f64 {
+    pub(crate) fn apply(self, args: &[f64]) -> f64 {
         let a = args[0];
         match self {
             Self::If if a.is_nan() => a,
@@ -178,7 +178,7 @@ impl Binary {
     }
 
     #[expect(clippy::float_cmp, reason = "the language's == and != compare exactly")]
-    fn apply(self, a: f64, b: f64) -> f64 {
+    pub(crate) fn apply(self, a: f64, b: f64) -> f64 {
         match self {
             Self::And if a == 0.0 => return 0.0,
             Self::Or if a != 0.0 && !a.is_nan() => return 1.0,
@@ -280,6 +280,41 @@ impl Expr {
             };
             stack.truncate(stack.len() - arity);
             stack.push(value);
+        }
+        stack[0]
+    }
+
+    /// All numbers that it may give while each parameter is anywhere in its interval, which stands at the parameter's
+    /// index: [`evaluate`](Self::evaluate) gives one of these, or what is not a number.
+    ///
+    /// The range may be larger than it has to be: where a parameter is read twice, both are taken to vary on their own.
+    /// Where all intervals are points, so is the range, and is the value.
+    ///
+    /// # Panics
+    /// If it reads a parameter beyond the end of `values`.
+    pub fn range(&self, values: &[Interval]) -> Interval {
+        const DEEP: usize = 24;
+        let mut few = [Interval::EMPTY; DEEP];
+        let mut many = Vec::new();
+        // No stack is deeper than the program is long.
+        let stack = if self.program.len() <= DEEP {
+            &mut few[..]
+        } else {
+            many.resize(self.program.len(), Interval::EMPTY);
+            &mut many[..]
+        };
+        let mut top = 0;
+        for op in &self.program {
+            let from = top - op.arity();
+            let args = &stack[from..top];
+            stack[from] = match *op {
+                Op::Constant(value) => Interval::point(value),
+                Op::Param(param) => values[param.index()],
+                Op::Unary(operator) => operator.range(args[0]),
+                Op::Binary(operator) => operator.range(args[0], args[1]),
+                Op::Call(function) => function.range(args),
+            };
+            top = from + 1;
         }
         stack[0]
     }
