@@ -12,6 +12,8 @@ pub(crate) const MATERIAL: &str = "material";
 pub(crate) const COLOR_SIGNATURE: &str = "color(r, g, b)";
 /// The constant.
 pub(crate) const PI: &str = "pi";
+/// The parameter that random numbers are drawn from.
+pub(crate) const SEED: &str = "seed";
 /// The scene blocks.
 pub(crate) const BLOCKS: [&str; 5] = ["camera", "light", "sky", "background", "image"];
 
@@ -41,7 +43,7 @@ pub(crate) fn functions<'a>() -> impl Iterator<Item = &'a str> {
 }
 
 /// What other programs call the things of this language.
-const ELSEWHERE: [(&str, &str); 17] = [
+const ELSEWHERE: [(&str, &str); 22] = [
     ("translate", "move"),
     ("rotate", "rot"),
     ("rotatex", "rotx"),
@@ -58,6 +60,11 @@ const ELSEWHERE: [(&str, &str); 17] = [
     ("polyhedron", "hull"),
     ("log", "ln"),
     ("lerp", "mix"),
+    ("random", "rand"),
+    ("rnd", "rand"),
+    ("gauss", "normal"),
+    ("perlin", "noise"),
+    ("choose", "pick"),
     ("background_color", "background"),
 ];
 

@@ -115,6 +115,34 @@ impl GraphBuilder {
         self.push(Node::Calculation(Calculation { assignments: assignments.into_iter().collect(), body }))
     }
 
+    /// The C-node `{seed = derive(seed, position)}`: what is below it draws other random numbers than what is above it, and
+    /// others than what is below such a node with another position.
+    ///
+    /// ```
+    /// use csg_graph::{Expr, Function, GraphBuilder, PrimitiveKind, TransformKind};
+    ///
+    /// // {} BALL | move(3, 0, 0) BALL
+    /// // BALL -> uscale(rand(0.5, 1)) sphere
+    /// let mut builder = GraphBuilder::new();
+    /// let seed = builder.param("seed", 0.0);
+    /// let ball = builder.symbol("BALL");
+    /// let sphere = builder.primitive(PrimitiveKind::Sphere, []);
+    /// let radius = Expr::draw(Function::Rand, seed, 1, [0.5.into(), 1.0.into()]);
+    /// let rule = builder.transform(TransformKind::UScale, [radius], sphere);
+    /// builder.rules(ball, None, [rule]);
+    /// let first = builder.reseed(seed, 1, ball);
+    /// let second = builder.reseed(seed, 2, ball);
+    /// let aside = builder.transform(TransformKind::Move, [3.0, 0.0, 0.0].map(Expr::from), second);
+    /// let both = builder.union([first, aside]);
+    /// let graph = builder.finish(both)?;
+    ///
+    /// assert_eq!(graph.analyse(&Default::default())?.states, 2);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn reseed(&mut self, seed: ParamId, position: u32, body: NodeId) -> NodeId {
+        self.calculate([(seed, Expr::derive(seed, position))], body)
+    }
+
     /// A T-node.
     ///
     /// # Panics

@@ -6,10 +6,10 @@
 //! *Not a number* marks what has no value (an unset parameter, 0/0): it is contagious, in comparisons too, and only a
 //! branch that `if`, `&&` or `||` does not take stops it. Whoever uses a result must refuse it.
 
-use std::ops::{Add, Div, Mul, Neg, Rem, Sub};
+use std::ops::{Add, Div, Mul, Neg, RangeInclusive, Rem, Sub};
 
 use crate::vocabulary::vocabulary;
-use crate::{Env, Interval, ParamId, angle};
+use crate::{Env, Interval, ParamId, angle, random};
 
 /// An arithmetic expression over parameters.
 ///
@@ -33,7 +33,8 @@ enum Op {
     Param(ParamId),
     Unary(Unary),
     Binary(Binary),
-    Call(Function),
+    /// A function of so many arguments, the [hidden](HIDDEN) ones included.
+    Call(Function, u32),
 }
 
 /// An operator with one operand.
@@ -104,13 +105,36 @@ vocabulary! {
         Acos: "acos(x)", "the angle with that cosine, 0 to 180";
         Atan: "atan(x)", "the angle with that tangent, −90 to 90";
         Atan2: "atan2(y, x)", "the angle of the point (x, y), −180 to 180";
+        Rand: "rand(low, high)", "a random number, uniform, at least `low` and less than `high`";
+        Normal: "normal(mean, deviation)", "a random number, normally distributed";
+        Pick: "pick(weight, …)", "the number of one of the weights, from 1, at random in proportion to them";
+        Hash: "hash(x, …)", "from 0 to less than 1, as if random, but always the same for the same arguments";
+        Noise: "noise(x, y, z)", "smooth noise from −1 to 1, 0 where all three are integers";
+        Derive: "derive(seed, position)", "the seed that the reference at that position hands down";
     }
 }
 
+/// The arguments of a [random function](Function::is_random) before those that are written: the seed and the site.
+pub(crate) const HIDDEN: usize = 2;
+
 impl Function {
-    /// How many arguments it takes.
-    pub fn arity(self) -> usize {
-        self.signature().matches(',').count() + 1
+    /// How many arguments it takes, at least and at most.
+    pub fn arity(self) -> RangeInclusive<usize> {
+        let listed = self.signature().matches(',').count() + 1;
+        if self.signature().ends_with("…)") { listed - 1..=usize::MAX } else { listed..=listed }
+    }
+
+    /// Whether it draws from a seed: `rand`, `normal` and `pick`. [`Expr::draw`] makes such calls.
+    pub fn is_random(self) -> bool {
+        matches!(self, Self::Rand | Self::Normal | Self::Pick)
+    }
+
+    /// Whether its range depends on the argument of that index. What only feeds a hash gives any number of a range.
+    fn ranges_over(self, index: usize) -> bool {
+        match self {
+            Self::Hash | Self::Noise | Self::Derive => false,
+            _ => !self.is_random() || index >= HIDDEN,
+        }
     }
 
     pub(crate) fn apply(self, args: &[f64]) -> f64 {
@@ -142,6 +166,12 @@ impl Function {
             Self::Acos => libm::acos(a).to_degrees(),
             Self::Atan => libm::atan(a).to_degrees(),
             Self::Atan2 => libm::atan2(a, args[1]).to_degrees(),
+            Self::Rand => random::uniform(a, args[1], args[2], args[3]),
+            Self::Normal => random::normal(a, args[1], args[2], args[3]),
+            Self::Pick => random::pick(a, args[1], &args[HIDDEN..]),
+            Self::Hash => random::hash(args),
+            Self::Noise => random::noise([a, args[1], args[2]]),
+            Self::Derive => random::derive(a, args[1]),
         }
     }
 }
@@ -236,17 +266,62 @@ impl Expr {
     /// `function(arguments…)`
     ///
     /// # Panics
-    /// If there are more or fewer arguments than the function takes.
+    /// If there are more or fewer arguments than the function takes, or it is [random](Function::is_random).
     #[must_use]
     pub fn call(function: Function, arguments: impl IntoIterator<Item = Self>) -> Self {
+        assert!(!function.is_random(), "{} needs a seed and a site", function.name());
+        Self::apply(function, [], arguments)
+    }
+
+    /// `function(arguments…)` of a [random](Function::is_random) function.
+    ///
+    /// The number is a function of the arguments, the seed, and the site, which tells apart the numbers that one seed
+    /// gives. A draw at the same site from the same seed is the same draw.
+    ///
+    /// ```
+    /// use csg_graph::{Expr, Function, GraphBuilder};
+    ///
+    /// let mut builder = GraphBuilder::new();
+    /// let seed = builder.param("seed", 7.0);
+    /// let width = |site| Expr::draw(Function::Rand, seed, site, [1.0.into(), 2.0.into()]);
+    /// let [first, second] = [width(1), width(2)].map(|expr| expr.evaluate(builder.initial()));
+    /// assert!((1.0..2.0).contains(&first) && (1.0..2.0).contains(&second) && first != second);
+    /// assert_eq!(width(1).evaluate(builder.initial()), first);
+    /// ```
+    ///
+    /// # Panics
+    /// If there are more or fewer arguments than the function takes, or it is not random.
+    #[must_use]
+    pub fn draw(
+        function: Function,
+        seed: impl Into<Self>,
+        site: u32,
+        arguments: impl IntoIterator<Item = Self>,
+    ) -> Self {
+        assert!(function.is_random(), "{} draws nothing", function.name());
+        Self::apply(function, [seed.into(), f64::from(site).into()], arguments)
+    }
+
+    /// `derive(seed, position)`: what a C-node gives the seed, so that what is below draws other numbers than what is above
+    /// or beside it. [`GraphBuilder::reseed`](crate::GraphBuilder::reseed) makes that node.
+    #[must_use]
+    pub fn derive(seed: impl Into<Self>, position: u32) -> Self {
+        Self::call(Function::Derive, [seed.into(), f64::from(position).into()])
+    }
+
+    fn apply<const N: usize>(
+        function: Function,
+        hidden: [Self; N],
+        arguments: impl IntoIterator<Item = Self>,
+    ) -> Self {
         let mut program = Vec::new();
-        let mut count = 0;
-        for argument in arguments {
+        let mut count = 0_u32;
+        for argument in hidden.into_iter().chain(arguments) {
             program.extend(argument.program);
             count += 1;
         }
-        assert_eq!(count, function.arity(), "arguments of {}", function.signature());
-        program.push(Op::Call(function));
+        assert!(function.arity().contains(&(count as usize - N)), "arguments of {}", function.signature());
+        program.push(Op::Call(function, count));
         Self { program }
     }
 
@@ -276,7 +351,7 @@ impl Expr {
                 Op::Param(param) => env.values()[param.index()],
                 Op::Unary(operator) => operator.apply(args[0]),
                 Op::Binary(operator) => operator.apply(args[0], args[1]),
-                Op::Call(function) => function.apply(args),
+                Op::Call(function, _) => function.apply(args),
             };
             stack.truncate(stack.len() - arity);
             stack.push(value);
@@ -312,7 +387,7 @@ impl Expr {
                 Op::Param(param) => values[param.index()],
                 Op::Unary(operator) => operator.range(args[0]),
                 Op::Binary(operator) => operator.range(args[0], args[1]),
-                Op::Call(function) => function.range(args),
+                Op::Call(function, _) => function.range(args),
             };
             top = from + 1;
         }
@@ -327,7 +402,32 @@ impl Expr {
         })
     }
 
-    /// The expression as the language writes it, with only the parentheses that it needs.
+    /// The parameters that its [range](Self::range) depends on, with repetitions: not those of which only the seed of a
+    /// random number is made, or what a hash or noise is of.
+    pub fn range_params(&self) -> Vec<ParamId> {
+        let mut params = Vec::new();
+        // Backwards, with whether the range depends on the values that are yet to be found, the next one last.
+        let mut wanted = vec![true];
+        for op in self.program.iter().rev() {
+            let matters = wanted.pop().unwrap_or(false);
+            match *op {
+                Op::Param(param) if matters => params.push(param),
+                Op::Call(function, count) => {
+                    wanted.extend((0..count as usize).map(|index| matters && function.ranges_over(index)));
+                }
+                _ => wanted.extend(std::iter::repeat_n(matters, op.arity())),
+            }
+        }
+        params
+    }
+
+    /// Whether it draws, hashes or makes noise, so that nothing but its range is foreseen.
+    pub fn is_erratic(&self) -> bool {
+        self.program.iter().any(|op| matches!(op, Op::Call(function, _) if !function.ranges_over(0)))
+    }
+
+    /// The expression as the language writes it, with only the parentheses that it needs. The seeds and sites of random
+    /// functions are not part of the language.
     pub fn to_text<'a>(&self, param_name: impl Fn(ParamId) -> &'a str) -> String {
         // Each entry is a text and how tightly its outermost operator binds.
         let mut stack: Vec<(String, u8)> = Vec::new();
@@ -347,8 +447,9 @@ impl Expr {
                 Op::Binary(operator) => {
                     format!("{} {} {}", wrapped(0, strength), operator.symbol(), wrapped(1, strength + 1))
                 }
-                Op::Call(function) => {
-                    let list: Vec<_> = args.into_iter().map(|(text, _)| text).collect();
+                Op::Call(function, _) => {
+                    let hidden = if function.is_random() { HIDDEN } else { 0 };
+                    let list: Vec<_> = args.into_iter().skip(hidden).map(|(text, _)| text).collect();
                     format!("{}({})", function.name(), list.join(", "))
                 }
             };
@@ -364,7 +465,7 @@ impl Op {
             Self::Constant(_) | Self::Param(_) => 0,
             Self::Unary(_) => 1,
             Self::Binary(_) => 2,
-            Self::Call(function) => function.arity(),
+            Self::Call(_, count) => count as usize,
         }
     }
 
@@ -372,7 +473,7 @@ impl Op {
     fn strength(self) -> u8 {
         match self {
             Self::Constant(value) if value < 0.0 => 6,
-            Self::Constant(_) | Self::Param(_) | Self::Call(_) => 9,
+            Self::Constant(_) | Self::Param(_) | Self::Call(..) => 9,
             Self::Unary(_) => 6,
             Self::Binary(operator) => match operator {
                 Binary::Or => 1,

@@ -8,8 +8,8 @@
 //! A value that is not a number is an error wherever it is used, and is reported there. The range is that of the values
 //! that are numbers; where there is none it is empty.
 
-use crate::angle;
-use crate::{Binary, Function, Unary};
+use crate::expr::HIDDEN;
+use crate::{Binary, Function, NORMAL_REACH, Unary, angle};
 
 /// A closed interval of numbers: all x with `min` ≤ x ≤ `max`, infinities included.
 ///
@@ -32,6 +32,9 @@ pub struct Interval {
 
 /// More than `libm` errs, relative to the result.
 const MARGIN: f64 = 8.0 * f64::EPSILON;
+
+/// All derived seeds are below 2^53.
+const SEEDS: f64 = 2.0 / f64::EPSILON;
 
 /// Of angles beyond this, in degrees, nobody asks where the waves have their tops.
 const FAR: f64 = 1e9;
@@ -388,6 +391,19 @@ impl Function {
                 a.negate().increasing(|x| self.apply(&[-x]))
             }
             Self::Atan2 => Interval::atan2(a, args[1]),
+            Self::Rand => args[HIDDEN].join(args[HIDDEN + 1]),
+            Self::Normal => {
+                let reach = args[HIDDEN + 1].magnitude() * NORMAL_REACH;
+                args[HIDDEN].add(Interval { min: -reach, max: reach })
+            }
+            Self::Pick => {
+                // Those that may have a weight.
+                let numbers = (1_u32..).zip(&args[HIDDEN..]).filter(|(_, weight)| weight.max > 0.0);
+                numbers.fold(Interval::EMPTY, |all, (number, _)| all.join(Interval::point(number.into())))
+            }
+            Self::Hash => Interval::TRUTH,
+            Self::Noise => Interval::new(-1.0, 1.0),
+            Self::Derive => Interval::new(0.0, SEEDS),
         }
     }
 

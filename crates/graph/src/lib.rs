@@ -45,6 +45,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # Chance
+//! Random numbers are functions of a *seed*, which is a parameter like any other: [`Expr::draw`] draws from it, and the
+//! C-node of [`GraphBuilder::reseed`] gives what is below it another one. So every occurrence of a symbol can be different,
+//! and equal states are equal solids all the same.
+//!
 //! # Frames
 //! A T-node maps from the frame below it into the frame above it; points are columns, and a chain of T-nodes
 //! T_k, …, T_1 from the root to a primitive maps a point p of the primitive's object frame C₀ to T_k(…(T_1(p))).
@@ -74,6 +79,7 @@ mod interval;
 mod liveness;
 pub mod node;
 mod primitive;
+mod random;
 mod states;
 mod transform;
 mod unfold;
@@ -92,6 +98,7 @@ pub use interval::Interval;
 pub use node::{AttributeTerm, Node, Operator};
 pub use num_bigint::BigUint;
 pub use primitive::{Primitive, PrimitiveError, PrimitiveKind};
+pub use random::NORMAL_REACH;
 pub use states::{Limits, StateGraph, StatesError, SymbolState};
 pub use transform::{Axis, Transform, TransformKind};
 pub use unfold::{UnfoldError, UnfoldedNode, UnfoldedTree};

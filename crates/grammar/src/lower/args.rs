@@ -50,7 +50,7 @@ impl Lowering<'_> {
         let mut spans = Vec::new();
         for id in ids {
             spans.push(self.tree.expr_span(id));
-            match self.scope.expr(self.tree, id, &mut self.diagnostics) {
+            match self.scope.expr(self.tree, &self.chance.sites, id, &mut self.diagnostics) {
                 Some(expr) => exprs.push(expr),
                 None => sound = false,
             }

@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use csg_graph::{Expr, Function, ParamId};
 
-use crate::names::{self, PI, guess, nearest};
+use super::chance::Sites;
+use crate::names::{self, PI, SEED, guess, nearest};
 use crate::syntax::{self, ExprId, SyntaxTree};
 use crate::{Diagnostic, Span};
 
@@ -77,10 +78,11 @@ impl<'t> Scope<'t> {
 
     /// Translates an expression, or reports why that is impossible.
     ///
-    /// The expression may be of another tree than the names.
+    /// The expression may be of another tree than the names; the sites are those of its tree.
     pub(super) fn expr(
         &mut self,
         tree: &SyntaxTree,
+        sites: &Sites,
         id: ExprId,
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Expr> {
@@ -103,9 +105,16 @@ impl<'t> Scope<'t> {
                     let values: Vec<_> = args.iter().map(|arg| take(*arg)).collect();
                     let complete = !args.iter().any(|arg| matches!(tree.expr(*arg), syntax::Expr::Missing));
                     let function = function(tree.text(*name), *name, diagnostics);
-                    function
+                    let args = function
                         .filter(|_| complete)
-                        .and_then(|function| call(function, span, values, diagnostics))
+                        .and_then(|function| arguments(function, span, values, diagnostics));
+                    match (function, args) {
+                        (Some(function), Some(args)) if function.is_random() => self
+                            .seed(function, *name, diagnostics)
+                            .map(|seed| Expr::draw(function, seed, sites.of(node), args)),
+                        (Some(function), Some(args)) => Some(Expr::call(function, args)),
+                        _ => None,
+                    }
                 }
                 syntax::Expr::Parenthesised(inside) => take(*inside),
                 syntax::Expr::Tuple(items) => {
@@ -120,6 +129,22 @@ impl<'t> Scope<'t> {
             done.push(translated);
         }
         done.pop().flatten()
+    }
+
+    /// The parameter that a random function draws from.
+    fn seed(&mut self, function: Function, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<ParamId> {
+        let seed = self.get(SEED);
+        match seed {
+            Some(seed) => {
+                self.read.insert(seed);
+            }
+            None => {
+                let message = format!("`{}` draws from `seed`, which is set further down", function.name());
+                let report = Diagnostic::error(span, message).label("no seed yet");
+                diagnostics.push(report.help("initial values are evaluated in order; set `seed` first"));
+            }
+        }
+        seed
     }
 
     fn name(&mut self, name: &str, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Expr> {
@@ -178,21 +203,22 @@ fn function(name: &str, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option
     function
 }
 
-fn call(
+fn arguments(
     function: Function,
     span: Span,
     args: Vec<Option<Expr>>,
     diagnostics: &mut Vec<Diagnostic>,
-) -> Option<Expr> {
-    if args.len() != function.arity() {
-        let takes = count(function.arity(), "argument");
-        let message = format!("`{}` takes {takes}, not {}", function.name(), args.len());
+) -> Option<Vec<Expr>> {
+    let (least, most) = function.arity().into_inner();
+    if !(least..=most).contains(&args.len()) {
+        let open = if least == most { "" } else { "at least " };
+        let takes = count(least, "argument");
+        let message = format!("`{}` takes {open}{takes}, not {}", function.name(), args.len());
         let help = format!("`{}` is {}", function.signature(), function.summary());
         diagnostics.push(Diagnostic::error(span, message).label(format!("{} here", args.len())).help(help));
         return None;
     }
-    let args: Option<Vec<_>> = args.into_iter().collect();
-    args.map(|args| Expr::call(function, args))
+    args.into_iter().collect()
 }
 
 /// `1 argument`, `2 arguments`

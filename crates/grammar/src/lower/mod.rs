@@ -1,10 +1,12 @@
 //! From the syntax tree to the graph: the paper's direct translation of a CSG-PL-system ([TRAX95] §1).
 //!
 //! A symbol becomes an S-node with its rules below it, an occurrence of a symbol an edge to that node. A macro becomes
-//! the nodes of its term, made once and shared by all that name it. Prefixes become C-, T- and attribute nodes. All
-//! mistakes in names, counts of arguments and numbers of rules are collected before giving up.
+//! the nodes of its term, made once and shared by all that name it. Prefixes become C-, T- and attribute nodes. Where there
+//! are random numbers, a reference gets a C-node that derives the seed. All mistakes in names, counts of arguments and
+//! numbers of rules are collected before giving up.
 
 mod args;
+mod chance;
 mod definitions;
 mod doubts;
 mod expr;
@@ -17,6 +19,7 @@ use csg_graph::{Graph, GraphBuilder};
 use crate::explain;
 use crate::syntax::SyntaxTree;
 use crate::{Diagnostic, Look, Override, Parsed, SourceMap, parse};
+use chance::Chance;
 use definitions::Definitions;
 use expr::Scope;
 
@@ -81,9 +84,11 @@ pub fn lower(tree: &SyntaxTree, overrides: &[Override]) -> Result<Lowered, Vec<D
         builder: GraphBuilder::new(),
         scope: Scope::default(),
         sources: SourceMap::default(),
+        chance: Chance::default(),
         diagnostics: Vec::new(),
     };
     let definitions = Definitions::collect(tree, &mut lowering.diagnostics);
+    lowering.chance = Chance::of(tree, &definitions);
     lowering.scope.note_solids(definitions.names());
     lowering.initial_parameters(overrides);
     let look = lowering.scene_blocks();
@@ -117,6 +122,7 @@ struct Lowering<'t> {
     builder: GraphBuilder,
     scope: Scope<'t>,
     sources: SourceMap,
+    chance: Chance,
     diagnostics: Vec<Diagnostic>,
 }
 

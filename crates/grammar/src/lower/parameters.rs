@@ -5,19 +5,28 @@ use std::collections::{BTreeMap, BTreeSet};
 use csg_graph::{Expr, ParamId};
 
 use super::Lowering;
-use crate::names::{PI, nearest};
+use super::chance::Sites;
+use crate::names::{PI, SEED, nearest};
 use crate::number::Number;
-use crate::syntax::{Assignment, PrefixKind, Term};
+use crate::syntax::{PrefixKind, Term};
 use crate::{Diagnostic, Override, Span};
 
-impl Lowering<'_> {
+impl<'t> Lowering<'t> {
     /// Evaluates the initial values, once and in order.
     pub(super) fn initial_parameters(&mut self, overrides: &[Override]) {
         let tree = self.tree;
         let assignments = &tree.parameters().assignments;
         self.scope.note_later(assignments.iter().map(|assignment| tree.text(assignment.name)));
         self.refuse_unknown(overrides);
+        let given = |name: &str| overrides.iter().rfind(|given| given.name() == name);
         let mut declared: BTreeMap<&str, Span> = BTreeMap::new();
+        if self.is_seed_implied() {
+            let value = match given(SEED) {
+                Some(given) => self.value_from_outside(SEED, given),
+                None => Some(0.0),
+            };
+            self.declare(SEED, value);
+        }
         for assignment in assignments {
             let name = tree.text(assignment.name);
             if self.refuse_constant(assignment.name) {
@@ -33,39 +42,57 @@ impl Lowering<'_> {
             }
             declared.insert(name, assignment.name);
             self.scope.begin(name);
-            let given = overrides.iter().rfind(|given| given.name() == name);
-            let value = self.initial_value(name, assignment, given);
-            let param = match value {
-                Some(value) => self.builder.param(name, value),
-                None => self.builder.declare(name),
+            // The file's own value is checked also where another one takes its place.
+            let own = self.scope.expr(tree, &self.chance.sites, assignment.value, &mut self.diagnostics);
+            let value = match given(name) {
+                Some(given) => self.value_from_outside(name, given),
+                None => {
+                    let mut reports = Vec::new();
+                    let value = self.initial_value(name, own, tree.expr_span(assignment.value), &mut reports);
+                    self.diagnostics.extend(reports);
+                    value
+                }
             };
-            if value.is_none() {
-                self.scope.poison(param);
-            }
-            self.scope.declare(name, param);
+            self.declare(name, value);
         }
     }
 
-    fn initial_value(&mut self, name: &str, own: &Assignment, given: Option<&Override>) -> Option<f64> {
-        // The file's own value is checked also where another one takes its place.
-        let own_expr = self.scope.expr(self.tree, own.value, &mut self.diagnostics);
-        let mut reports = Vec::new();
-        let (expr, span) = match given {
-            None => (own_expr, self.tree.expr_span(own.value)),
-            Some(given) => {
-                let value = given.assignment.value;
-                (self.scope.expr(&given.tree, value, &mut reports), given.tree.expr_span(value))
-            }
+    /// Declares an initial parameter; without a value, which has been reported.
+    fn declare(&mut self, name: &'t str, value: Option<f64>) {
+        let param = match value {
+            Some(value) => self.builder.param(name, value),
+            None => self.builder.declare(name),
         };
-        let value = expr.and_then(|expr| {
-            self.evaluate(&format!("the initial value of `{name}`"), &expr, span, &mut reports)
-        });
-        let located = reports.into_iter().map(|report| match given {
-            Some(given) => given.locate(report),
-            None => report,
-        });
-        self.diagnostics.extend(located);
+        if value.is_none() {
+            self.scope.poison(param);
+        }
+        self.scope.declare(name, param);
+    }
+
+    /// Whether the file has a seed without saying so.
+    fn is_seed_implied(&self) -> bool {
+        let assignments = &self.tree.parameters().assignments;
+        self.chance.is_seeded && assignments.iter().all(|assignment| self.tree.text(assignment.name) != SEED)
+    }
+
+    fn value_from_outside(&mut self, name: &str, given: &Override) -> Option<f64> {
+        let (tree, id) = (&given.tree, given.assignment.value);
+        let sites = Sites::outside(tree, &mut self.chance.drawn);
+        let mut reports = Vec::new();
+        let expr = self.scope.expr(tree, &sites, id, &mut reports);
+        let value = self.initial_value(name, expr, tree.expr_span(id), &mut reports);
+        self.diagnostics.extend(reports.into_iter().map(|report| given.locate(report)));
         value
+    }
+
+    fn initial_value(
+        &self,
+        name: &str,
+        expr: Option<Expr>,
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<f64> {
+        self.evaluate(&format!("the initial value of `{name}`"), &expr?, span, diagnostics)
     }
 
     /// The value of an expression over the initial parameters, or a report that there is none.
@@ -102,13 +129,21 @@ impl Lowering<'_> {
 
     fn refuse_unknown(&mut self, overrides: &[Override]) {
         let tree = self.tree;
-        let known = || tree.parameters().assignments.iter().map(|assignment| tree.text(assignment.name));
+        let implied = self.is_seed_implied().then_some(SEED);
+        let known = || {
+            let own = tree.parameters().assignments.iter().map(|assignment| tree.text(assignment.name));
+            own.chain(implied)
+        };
         for given in overrides {
             let name = given.name();
             if known().any(|known| known == name) {
                 continue;
             }
             let help = match nearest(name, known()) {
+                _ if name == SEED => {
+                    "nothing in it is random: no `rand`, `normal` or `pick`, and nothing reads `seed`"
+                        .to_owned()
+                }
                 Some(known) => format!("did you mean `{known}`?"),
                 None if known().next().is_none() => "the file has no parameters".to_owned(),
                 None => format!("the parameters are {}", known().collect::<Vec<_>>().join(", ")),

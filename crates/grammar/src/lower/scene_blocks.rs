@@ -271,7 +271,7 @@ impl Lowering<'_> {
     }
 
     fn value(&mut self, id: ExprId) -> Option<f64> {
-        let expr = self.scope.expr(self.tree, id, &mut self.diagnostics)?;
+        let expr = self.scope.expr(self.tree, &self.chance.sites, id, &mut self.diagnostics)?;
         let mut reports = Vec::new();
         let value = self.evaluate("the value", &expr, self.tree.expr_span(id), &mut reports);
         self.diagnostics.extend(reports);

@@ -41,7 +41,8 @@ impl Lowering<'_> {
         }
         for (symbol, node) in definitions.symbols.iter().zip(nodes.symbols.clone()) {
             let selection_id = symbol.header.and_then(|header| header.selection);
-            let selection = selection_id.and_then(|id| self.scope.expr(tree, id, &mut self.diagnostics));
+            let selection = selection_id
+                .and_then(|id| self.scope.expr(tree, &self.chance.sites, id, &mut self.diagnostics));
             let bodies: Vec<_> = symbol
                 .rules
                 .iter()
@@ -68,7 +69,7 @@ impl Lowering<'_> {
         for id in self.tree.subterms(body) {
             let span = self.tree.term_span(id);
             let node = match self.tree.term(id) {
-                Term::Solid { name, args } => self.solid(*name, args, span, definitions, nodes),
+                Term::Solid { name, args } => self.solid(id, *name, args, definitions, nodes),
                 Term::Prefixed { prefix, body } => {
                     let body = nodes.terms[body.index()];
                     self.prefix(prefix, body)
@@ -91,13 +92,13 @@ impl Lowering<'_> {
 
     fn solid(
         &mut self,
+        id: TermId,
         name: Span,
         args: &[ExprId],
-        span: Span,
         definitions: &Definitions<'_>,
         nodes: &mut Nodes,
     ) -> Option<NodeId> {
-        let text = self.tree.text(name);
+        let (text, span) = (self.tree.text(name), self.tree.term_span(id));
         if let Some(kind) = PrimitiveKind::named(text) {
             let (exprs, spans) = self.args(kind.signature(), kind.summary(), name, args)?;
             let node = self.builder.primitive(kind, exprs);
@@ -118,10 +119,11 @@ impl Lowering<'_> {
                     .help("symbols and macros read parameters; set them before: `{n = n - 1} NAME`"),
             );
         }
-        match found {
+        let node = match found {
             Defined::Symbol(index) => Some(nodes.symbols[index]),
             Defined::Macro(index) => nodes.macros[index],
-        }
+        };
+        node.map(|node| self.reference(id, found, node))
     }
 
     fn unknown_solid(&self, name: &str, span: Span, definitions: &Definitions<'_>) -> Diagnostic {

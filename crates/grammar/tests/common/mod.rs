@@ -43,6 +43,7 @@ fn random_expr() -> impl Strategy<Value = Words> {
                 .prop_map(|(a, not)| [words(if not { "!" } else { "-" }), a].concat()),
             inner.clone().prop_map(|a| wrapped("(", a, ")")),
             inner.clone().prop_map(|a| wrapped("sin (", a, ")")),
+            (inner.clone(), inner.clone()).prop_map(|(a, b)| wrapped("pick (", joined([a, b], ","), ")")),
             proptest::collection::vec(inner, 3).prop_map(|args| wrapped("if (", joined(args, ","), ")")),
         ]
     })
