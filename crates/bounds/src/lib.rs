@@ -209,6 +209,8 @@ mod chain;
 mod conventional;
 #[cfg(feature = "csg-graph")]
 mod csg_graph;
+#[cfg(feature = "csg-graph")]
+mod envelope;
 mod exact;
 mod limits;
 mod point_set;
@@ -221,6 +223,8 @@ pub use aabb::Aabb;
 pub use boolean::{Cell, CellCounts, Refinement, SBounds, Side, SolidBox, SolidSearch};
 pub use chain::chain;
 pub use conventional::conventional;
+#[cfg(feature = "csg-graph")]
+pub use envelope::{Envelope, Envelopes};
 pub use exact::{Counts, Endless, ExactBoxes, StateBox, Support, exact, root_box};
 pub use limits::{BoundsError, Limits, Round};
 pub use point_set::{EXCESS, PointSet};

@@ -163,12 +163,7 @@ impl Interval {
         if other.contains(0.0) || infinite(self) && infinite(other) {
             return Self::ALL;
         }
-        Self::about([
-            self.min / other.min,
-            self.min / other.max,
-            self.max / other.min,
-            self.max / other.max,
-        ])
+        Self::about([self.min / other.min, self.min / other.max, self.max / other.min, self.max / other.max])
     }
 
     /// The sawtooth rises from 0 to the divisor, over and over.
@@ -278,7 +273,8 @@ impl Interval {
             return Self::new(-180.0, 180.0);
         }
         let corner = |y, x| libm::atan2(y, x).to_degrees();
-        let corners = [corner(y.min, x.min), corner(y.min, x.max), corner(y.max, x.min), corner(y.max, x.max)];
+        let corners =
+            [corner(y.min, x.min), corner(y.min, x.max), corner(y.max, x.min), corner(y.max, x.max)];
         Self::about(corners).loosened()
     }
 

@@ -8,6 +8,8 @@
 //!   one. They are part of a key.
 //! - *varying* ones are everything else, and known by intervals.
 
+use std::collections::VecDeque;
+
 use csg_graph::{Expr, Graph, Node, NodeId, ParamId};
 
 /// The parts that the parameters of a graph have.
@@ -24,14 +26,14 @@ impl Control {
     /// `inexact` parameters are not exact, even if they could be.
     pub(super) fn new(graph: &Graph, inexact: &[ParamId]) -> Self {
         let params = graph.params().len();
-        let matters = matters(graph);
+        let (matters, somewhere) = matters(graph);
         let erratic = erratic(graph, inexact);
         let mut control =
             Self { exact: Vec::new(), varying: Vec::new(), assigned: Vec::new(), matters, params };
         let is_assigned = assigned(graph);
         for param in graph.params().filter(|param| is_assigned[param.index()]) {
             control.assigned.push(param);
-            if graph.nodes().any(|(node, _)| control.matters(node, param)) {
+            if somewhere[param.index()] {
                 let list = if erratic[param.index()] { &mut control.varying } else { &mut control.exact };
                 list.push(param);
             }
@@ -41,6 +43,14 @@ impl Control {
 
     pub(super) fn exact(&self) -> &[ParamId] {
         &self.exact
+    }
+
+    pub(super) fn is_exact(&self, param: ParamId) -> bool {
+        self.exact.contains(&param)
+    }
+
+    pub(super) fn is_varying(&self, param: ParamId) -> bool {
+        self.varying.contains(&param)
     }
 
     pub(super) fn varying(&self) -> &[ParamId] {
@@ -95,8 +105,9 @@ fn erratic(graph: &Graph, inexact: &[ParamId]) -> Vec<bool> {
     erratic
 }
 
-/// For each node and parameter, whether a range there or below depends on it: iterated to the least fixed point.
-fn matters(graph: &Graph) -> Vec<bool> {
+/// For each node and parameter, whether a range there or below depends on it: iterated to the least fixed point. And for
+/// each parameter, whether it matters anywhere, be it only between two assignments of a C-node.
+fn matters(graph: &Graph) -> (Vec<bool>, Vec<bool>) {
     let params = graph.params().len();
     let read: Vec<Vec<Vec<ParamId>>> = graph
         .nodes()
@@ -110,9 +121,10 @@ fn matters(graph: &Graph) -> Vec<bool> {
         node.children().iter().for_each(|child| parents[child.index()].push(id));
     }
     let mut rows = vec![false; params * graph.node_count()];
+    let mut somewhere = vec![false; params];
     let mut queued = vec![true; graph.node_count()];
-    let mut queue: Vec<NodeId> = graph.nodes().map(|(id, _)| id).rev().collect();
-    while let Some(id) = queue.pop() {
+    let mut queue: VecDeque<NodeId> = graph.nodes().map(|(id, _)| id).collect();
+    while let Some(id) = queue.pop_front() {
         queued[id.index()] = false;
         let node = graph.node(id);
         let mut row = vec![false; params];
@@ -124,21 +136,23 @@ fn matters(graph: &Graph) -> Vec<bool> {
             // Backwards: an assignment to what does not matter reads nothing.
             for ((param, _), read) in node.assignments.iter().zip(&read[id.index()]).rev() {
                 if std::mem::replace(&mut row[param.index()], false) {
+                    somewhere[param.index()] = true;
                     read.iter().for_each(|read| row[read.index()] = true);
                 }
             }
         } else {
             read[id.index()].iter().flatten().for_each(|read| row[read.index()] = true);
         }
+        somewhere.iter_mut().zip(&row).for_each(|(somewhere, here)| *somewhere |= here);
         let old = &mut rows[id.index() * params..][..params];
         if old != row {
             old.copy_from_slice(&row);
             for parent in &parents[id.index()] {
                 if !std::mem::replace(&mut queued[parent.index()], true) {
-                    queue.push(*parent);
+                    queue.push_back(*parent);
                 }
             }
         }
     }
-    rows
+    (rows, somewhere)
 }

@@ -27,7 +27,15 @@ fn largest(kind: PrimitiveKind, measure: Interval) -> Slabs<13> {
 fn hull(args: &[Interval]) -> Slabs<13> {
     Slabs::from_support(|d| {
         let far = args.chunks_exact(3).map(|point| {
-            let far = |d: f64, x: Interval| if d > 0.0 { d * x.max } else if d < 0.0 { d * x.min } else { 0.0 };
+            let far = |d: f64, x: Interval| {
+                if d > 0.0 {
+                    d * x.max
+                } else if d < 0.0 {
+                    d * x.min
+                } else {
+                    0.0
+                }
+            };
             let terms = DVec3::new(far(d.x, point[0]), far(d.y, point[1]), far(d.z, point[2]));
             terms.element_sum() + 4.0 * f64::EPSILON * terms.abs().element_sum()
         });

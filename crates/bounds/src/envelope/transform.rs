@@ -66,11 +66,9 @@ impl MapRange {
         Some(match kind {
             TransformKind::Move => Self { linear: Linear::Identity, offset: [args[0], args[1], args[2]] },
             TransformKind::UScale => still(Linear::Factor(args[0])),
-            TransformKind::Scale => still(Linear::Entries([
-                [args[0], ZERO, ZERO],
-                [ZERO, args[1], ZERO],
-                [ZERO, ZERO, args[2]],
-            ])),
+            TransformKind::Scale => {
+                still(Linear::Entries([[args[0], ZERO, ZERO], [ZERO, args[1], ZERO], [ZERO, ZERO, args[2]]]))
+            }
             TransformKind::RotX => still(Linear::Turn(DVec3::X, args[0])),
             TransformKind::RotY => still(Linear::Turn(DVec3::Y, args[0])),
             TransformKind::RotZ => still(Linear::Turn(DVec3::Z, args[0])),
