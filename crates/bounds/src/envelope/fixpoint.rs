@@ -10,10 +10,10 @@
 //! little, apply F, and see whether the image lies within; if not, go on from the image. Whenever maps shrink at their
 //! extremes this ends. What is found is tightened by some more rounds of F.
 
-use std::ops::Range;
-
-use super::general::{Failure, Known};
-use super::keys::{Keys, Make};
+use super::assemble::assemble;
+use super::body::Body;
+use super::general::{Failure, Known, Recipe};
+use super::keys::Keys;
 use crate::{Round, Slabs, Volume};
 
 /// Rounds from below, of inflation, and of tightening.
@@ -25,16 +25,16 @@ const SETTLED: f64 = 1e-9;
 /// By which share of its extent a guess is enlarged.
 const INFLATION: f64 = 0.02;
 
-/// How keys are made, and of which of those below them.
-type Recipe<'a> = (Make<'a>, Range<usize>);
-
 /// Finds the envelopes of a component of keys from those below it.
-pub(super) fn solve(keys: &Keys, component: &[u32], makes: &[Recipe<'_>], known: &mut [Known]) {
+pub(super) fn solve(keys: &Keys, component: &[u32], recipes: &[Recipe<'_>], known: &mut [Known]) {
+    let look = |key: u32| {
+        let (make, below) = &recipes[key as usize];
+        Some((make, &keys.below(key)[below.clone()]))
+    };
     let round = |known: &mut [Known]| -> Result<(), Failure> {
-        for (key, recipe) in component.iter().zip(makes) {
-            let (make, below) = recipe;
-            let parts = keys.below(*key)[below.clone()].iter().map(|part| known[*part as usize].as_ref());
-            known[*key as usize] = Ok(make.apply(parts)?);
+        for key in component {
+            let Some((make, parts)) = look(*key) else { continue };
+            known[*key as usize] = Ok(assemble(make, parts, look, |part| known[part as usize].as_ref())?);
         }
         Ok(())
     };
@@ -55,11 +55,11 @@ fn fixed_point(
     known: &mut [Known],
     round: impl Fn(&mut [Known]) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let get = |known: &[Known]| -> Vec<Slabs<13>> {
-        component.iter().map(|key| known[*key as usize].clone().unwrap_or(Slabs::ALL)).collect()
+    let get = |known: &[Known]| -> Vec<Body> {
+        component.iter().map(|key| known[*key as usize].clone().unwrap_or(Body::ALL)).collect()
     };
-    let put = |known: &mut [Known], slabs: &[Slabs<13>]| {
-        component.iter().zip(slabs).for_each(|(key, slabs)| known[*key as usize] = Ok(*slabs));
+    let put = |known: &mut [Known], bodies: &[Body]| {
+        component.iter().zip(bodies).for_each(|(key, body)| known[*key as usize] = Ok(*body));
     };
     let [rising, inflating, tightening] = ROUNDS;
     let mut growth = 1.0;
@@ -67,8 +67,8 @@ fn fixed_point(
     for count in 0..rising {
         round(known)?;
         let mut next = get(known);
-        if count == 0 && next.iter().all(Slabs::is_empty) {
-            next = vec![POINT; component.len()];
+        if count == 0 && next.iter().all(Body::is_empty) {
+            next = vec![Body::POINT; component.len()];
         }
         next.iter_mut().zip(&last).for_each(|(next, last)| *next = next.join(*last));
         growth = largest(&next) / largest(&last).max(f64::MIN_POSITIVE);
@@ -105,50 +105,47 @@ fn fixed_point(
     Err(Failure { cycle: Vec::new(), round: Round::Unbounded(growth) })
 }
 
-/// The origin.
-const POINT: Slabs<13> = Slabs { min: [0.0; 13], max: [0.0; 13] };
-
 /// The largest extent along an axis.
-fn extent(slabs: &Slabs<13>) -> f64 {
-    slabs.aabb().size().max_element()
+fn extent(body: &Body) -> f64 {
+    body.slabs.aabb().size().max_element()
 }
 
-fn largest(slabs: &[Slabs<13>]) -> f64 {
-    slabs.iter().map(extent).fold(0.0, f64::max)
+fn largest(bodies: &[Body]) -> f64 {
+    bodies.iter().map(extent).fold(0.0, f64::max)
 }
 
 /// By how much planes of one are further out than those of the other; what is infinite in both did not move.
-fn moved(outer: &Slabs<13>, inner: &Slabs<13>) -> f64 {
-    let planes = outer.max.iter().zip(&inner.max).map(|(outer, inner)| outer - inner);
-    let planes = planes.chain(outer.min.iter().zip(&inner.min).map(|(outer, inner)| inner - outer));
-    planes.filter(|by| !by.is_nan()).fold(0.0, f64::max)
+fn moved(outer: &Body, inner: &Body) -> f64 {
+    let planes = outer.slabs.max.iter().zip(&inner.slabs.max).map(|(outer, inner)| outer - inner);
+    let planes =
+        planes.chain(outer.slabs.min.iter().zip(&inner.slabs.min).map(|(outer, inner)| inner - outer));
+    planes.chain([outer.radius - inner.radius]).filter(|by| !by.is_nan()).fold(0.0, f64::max)
 }
 
 /// A little larger on all sides.
-fn inflated(slabs: &Slabs<13>) -> Slabs<13> {
-    if slabs.is_empty() {
-        return *slabs;
+fn inflated(body: &Body) -> Body {
+    if body.is_empty() {
+        return *body;
     }
-    let far = slabs.max.iter().chain(&slabs.min).filter(|plane| plane.is_finite());
-    let magnitude = far.fold(0.0_f64, |far, plane| far.max(plane.abs()));
-    let size = extent(slabs);
+    let planes = body.slabs.max.iter().chain(&body.slabs.min).filter(|plane| plane.is_finite());
+    let magnitude = planes.fold(0.0_f64, |far, plane| far.max(plane.abs()));
+    let size = extent(body);
     let by =
         INFLATION * if size.is_finite() { size } else { magnitude } + SETTLED * magnitude + f64::MIN_POSITIVE;
-    let mut inflated = *slabs;
+    let mut inflated = Body { radius: body.radius + by, ..*body };
     for (i, direction) in Slabs::<13>::DIRECTIONS.into_iter().enumerate() {
-        inflated.max[i] += by * direction.length();
-        inflated.min[i] -= by * direction.length();
+        inflated.slabs.max[i] += by * direction.length();
+        inflated.slabs.min[i] -= by * direction.length();
     }
     inflated
 }
 
-/// Whether all planes that have an end are strictly further in.
-fn within(inner: &Slabs<13>, outer: &Slabs<13>) -> bool {
-    let above =
-        inner.max.iter().zip(&outer.max).all(|(inner, outer)| inner < outer || *outer == f64::INFINITY);
-    let below =
-        inner.min.iter().zip(&outer.min).all(|(inner, outer)| inner > outer || *outer == f64::NEG_INFINITY);
-    inner.is_empty() || above && below
+/// Whether all planes that have an end, and the ball, are strictly further in.
+fn within(inner: &Body, outer: &Body) -> bool {
+    let less = |inner: f64, outer: f64| inner < outer || outer == f64::INFINITY;
+    let above = inner.slabs.max.iter().zip(&outer.slabs.max).all(|(inner, outer)| less(*inner, *outer));
+    let below = inner.slabs.min.iter().zip(&outer.slabs.min).all(|(inner, outer)| less(-inner, -outer));
+    inner.is_empty() || above && below && less(inner.radius, outer.radius)
 }
 
 /// Some cycle in a component, from its key with the highest number.

@@ -8,15 +8,19 @@
 //!
 //! For keys below which nothing varies that is all there is to know.
 
+use std::ops::Range;
+
 use csg_graph::{Graph, Interval, ParamId};
 
+use super::assemble::Make;
+use super::body::Body;
 use super::fixpoint;
-use super::keys::{Keys, Make};
+use super::keys::Keys;
+use crate::Round;
 use crate::exact::Components;
-use crate::{Round, Slabs, Volume};
 
 /// An envelope for every key, or what happens each time round a cycle of keys.
-pub(super) type Known = Result<Slabs<13>, Failure>;
+pub(super) type Known = Result<Body, Failure>;
 
 /// Why a key has no envelope.
 #[derive(Clone, Debug)]
@@ -24,6 +28,9 @@ pub(super) struct Failure {
     pub(super) cycle: Vec<u32>,
     pub(super) round: Round,
 }
+
+/// How a key is made, and of which of those below it.
+pub(super) type Recipe<'a> = (Make<'a>, Range<usize>);
 
 /// How many times intervals are joined before they are widened.
 const PATIENCE: usize = 4;
@@ -35,19 +42,17 @@ const LANDMARKS: [f64; 5] = [f64::NEG_INFINITY, -1.0, 0.0, 1.0, f64::INFINITY];
 pub(super) fn envelopes(graph: &Graph, keys: &Keys) -> Vec<Known> {
     let intervals = intervals(graph, keys);
     let mut values = Vec::new();
-    let mut known: Vec<Known> = vec![Ok(Slabs::EMPTY); keys.len()];
+    let recipes: Vec<Recipe<'_>> = (0_u32..)
+        .zip(&intervals)
+        .map(|(key, varying)| {
+            let Some(varying) = varying else { return (Make::Join, 0..0) };
+            keys.fill(key, varying, &mut values);
+            keys.make(graph, key, &mut values)
+        })
+        .collect();
+    let mut known: Vec<Known> = vec![Ok(Body::EMPTY); keys.len()];
     let components = Components::new(keys.len(), |key| keys.parts(key));
-    for component in components.iter() {
-        let makes: Vec<_> = component
-            .iter()
-            .map(|key| {
-                let Some(varying) = &intervals[*key as usize] else { return (Make::Join, 0..0) };
-                keys.fill(*key, varying, &mut values);
-                keys.make(graph, *key, &mut values)
-            })
-            .collect();
-        fixpoint::solve(keys, component, &makes, &mut known);
-    }
+    components.iter().for_each(|component| fixpoint::solve(keys, component, &recipes, &mut known));
     known
 }
 

@@ -14,11 +14,12 @@ use std::ops::Range;
 use csg_graph::{Env, Expr, Graph, Interval, Node, NodeId, Operator, ParamId, State};
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::assemble::Make;
+use super::body::Body;
 use super::control::Control;
-use super::general::{Failure, Known};
 use super::primitive;
 use super::transform::MapRange;
-use crate::{Scene, Slabs, Volume};
+use crate::Scene;
 
 /// All keys below a root.
 pub(super) struct Keys {
@@ -30,7 +31,7 @@ pub(super) struct Keys {
     nodes: Vec<KeyNode>,
     /// The keys below all keys.
     below: Vec<u32>,
-    solids: Vec<Slabs<13>>,
+    solids: Vec<Body>,
     maps: Vec<MapRange>,
 }
 
@@ -55,17 +56,6 @@ enum Kind {
     Calculate,
     Transform,
     Primitive,
-}
-
-/// How the solid of a key comes from those below it.
-#[derive(Clone, Debug)]
-pub(super) enum Make<'a> {
-    Solid(Cow<'a, Slabs<13>>),
-    Map(Cow<'a, MapRange>),
-    Join,
-    Meet,
-    /// The left operand of a difference.
-    Left,
 }
 
 impl Keys {
@@ -184,7 +174,7 @@ impl Keys {
             },
             Node::Primitive(_) if varies => (Kind::Primitive, children),
             Node::Primitive(node) => {
-                self.solids.push(primitive::slabs(node.kind, &ranges()));
+                self.solids.push(primitive::body(node.kind, &ranges()));
                 (Kind::Solid(index(self.solids.len() - 1)), children)
             }
             Node::Attribute(_) => (Kind::Join, children),
@@ -324,33 +314,9 @@ impl Keys {
             (Kind::Transform, Node::Transformation(node)) => MapRange::new(node.kind, &ranges(&node.args))
                 .map_or((Make::Join, 0..0), |maps| (Make::Map(Cow::Owned(maps)), below)),
             (Kind::Primitive, Node::Primitive(node)) => {
-                (Make::Solid(Cow::Owned(primitive::slabs(node.kind, &ranges(&node.args)))), below)
+                (Make::Solid(Cow::Owned(primitive::body(node.kind, &ranges(&node.args)))), below)
             }
             _ => unreachable!("a key is of the kind of its node"),
-        }
-    }
-}
-
-impl Make<'_> {
-    /// The envelope, from those of the parts. What has none bounds nothing, but an intersection with it may be bounded.
-    pub(super) fn apply<'k>(
-        &self,
-        mut parts: impl Iterator<Item = Result<&'k Slabs<13>, &'k Failure>>,
-    ) -> Known {
-        let mut next = || parts.next().unwrap_or(Ok(&Slabs::EMPTY));
-        match self {
-            Self::Solid(solid) => Ok(**solid),
-            Self::Map(maps) => next().map(|below| maps.image(below)).map_err(Failure::clone),
-            Self::Left => next().copied().map_err(Failure::clone),
-            Self::Join => {
-                let all = parts.try_fold(Slabs::EMPTY, |all, part| Ok(all.join(*part?)));
-                all.map_err(Failure::clone)
-            }
-            Self::Meet => match (next(), next()) {
-                (Ok(left), Ok(right)) => Ok(left.intersect(*right)),
-                (Ok(one), Err(_)) | (Err(_), Ok(one)) => Ok(*one),
-                (Err(failure), Err(_)) => Err(failure.clone()),
-            },
         }
     }
 }

@@ -12,19 +12,20 @@
 //! - [`question`]: where parameters vary, as the heights at the corners of a terrain, their intervals on all ways down.
 //! - [`fixpoint`]: recursion that ends by chance, or never.
 //!
-//! An envelope is slabs in 13 directions [KAY86]. It comes from those below it as the solid does:
+//! An envelope comes from those below it as the solid does ([`assemble`]):
 //!
-//! - [`transform`]: slabs under transformations with intervals for arguments.
-//! - [`support`]: supports of slabs in any direction, hardly larger than those of the solid, where those of boxes are.
-//! - [`primitive`]: slabs about primitives with intervals for measures.
+//! - [`body`]: what it is, slabs within a ball; supports in any direction are hardly larger than those of the solid.
+//! - [`transform`]: images under chains of transformations with intervals for arguments.
+//! - [`primitive`]: primitives with intervals for measures.
 
+mod assemble;
+mod body;
 mod control;
 mod fixpoint;
 mod general;
 mod keys;
 mod primitive;
 mod question;
-mod support;
 mod transform;
 
 use std::sync::Arc;
@@ -33,6 +34,7 @@ use csg_graph::{EvalError, Graph, Interval, State};
 use glam::DVec3;
 
 use crate::{Aabb, BoundsError, Limits, Slabs, Volume};
+use body::Body;
 use general::Known;
 use keys::Keys;
 
@@ -88,9 +90,9 @@ pub struct Envelopes {
     general: Vec<Known>,
 }
 
-/// What is between 26 planes, about the solid of a state.
+/// What is between 26 planes and within a ball, about the solid of a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Envelope(Slabs<13>);
+pub struct Envelope(Body);
 
 impl Envelopes {
     /// Prepares for questions about all states that the root of the graph leads to.
@@ -137,17 +139,22 @@ impl Envelopes {
 impl Envelope {
     /// An axis-aligned box about it.
     pub fn aabb(&self) -> Aabb {
-        self.0.aabb()
+        self.0.slabs.aabb()
     }
 
     /// Its planes.
     pub fn slabs(&self) -> &Slabs<13> {
-        &self.0
+        &self.0.slabs
+    }
+
+    /// No point is further from the origin.
+    pub fn radius(&self) -> f64 {
+        self.0.radius
     }
 
     /// At least its support in a direction of any length: no point of the solid has a larger product with it. −∞ if it is
     /// empty, ∞ where it has no end. Some nanoseconds.
     pub fn support(&self, direction: DVec3) -> f64 {
-        if self.0.is_empty() { f64::NEG_INFINITY } else { support::support(&self.0, direction, DVec3::ZERO) }
+        if self.0.is_empty() { f64::NEG_INFINITY } else { self.0.support(direction, DVec3::ZERO) }
     }
 }

@@ -14,9 +14,10 @@ use std::ops::Range;
 use csg_graph::{Graph, Interval};
 use rustc_hash::FxHashMap;
 
+use super::assemble::{Make, assemble};
+use super::body::Body;
 use super::general::Known;
-use super::keys::{Keys, Make};
-use crate::{Slabs, Volume};
+use super::keys::Keys;
 
 /// The most keys that a question visits, some hundred nanoseconds each.
 const VISITS: usize = 4096;
@@ -80,14 +81,24 @@ pub(super) fn envelope(
         }
         visits.push(Visit { number, make, sources: start..sources.len() });
     }
-    // Those whose solids are parts of others were visited after them.
-    let mut found: Vec<Known> = vec![Ok(Slabs::EMPTY); plan.numbers.len()];
+    // By the number of a visit; visits are in the order in which they were made.
+    let mut place = vec![0; visits.len()];
+    visits.iter().enumerate().for_each(|(index, visit)| place[visit.number as usize] = index);
+    let look = |source: Source| match source {
+        Source::General(_) => None,
+        Source::Visit(number) => {
+            let Visit { make, sources: parts, .. } = &visits[place[number as usize]];
+            Some((make, &sources[parts.clone()]))
+        }
+    };
+    // Parts were visited after what they are parts of.
+    let mut found: Vec<Known> = vec![Ok(Body::EMPTY); visits.len()];
     for visit in visits.iter().rev() {
-        let parts = sources[visit.sources.clone()].iter().map(|source| match source {
-            Source::General(key) => general[*key as usize].as_ref(),
-            Source::Visit(number) => found[*number as usize].as_ref(),
-        });
-        found[visit.number as usize] = visit.make.apply(parts);
+        let known = |source: Source| match source {
+            Source::General(key) => general[key as usize].as_ref(),
+            Source::Visit(number) => found[number as usize].as_ref(),
+        };
+        found[visit.number as usize] = assemble(&visit.make, &sources[visit.sources.clone()], look, known);
     }
     match (found.swap_remove(0), &general[key as usize]) {
         (Ok(found), Ok(general)) => Ok(found.intersect(*general)),

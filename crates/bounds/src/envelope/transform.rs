@@ -1,4 +1,4 @@
-//! Slabs under transformations whose arguments are intervals.
+//! Envelopes under transformations whose arguments are intervals.
 //!
 //! The image of a solid with support h under x ↦ A x + t has the support t·d + h(Aᵀd). Where the arguments vary, Aᵀd is any
 //! vector of a set, and since h is convex it is nowhere larger on that set than at the corners of a polytope about it:
@@ -7,18 +7,18 @@
 //! - one factor for all coordinates makes a segment;
 //! - an angle makes an arc. It is cut into pieces, and the tangents at their ends meet in a polygon about it, whose corners
 //!   are the middles of the pieces, further out by the cosine of half a piece.
+//!
+//! Every corner goes through a whole chain of transformations before an envelope is asked, as points do in [TRAX95] §3: the
+//! looseness of the envelope enters once for the chain, and not with each of its links.
 
 use csg_graph::{Interval, Transform, TransformKind};
 use glam::{DMat3, DVec3};
 
-use super::support::support;
-use crate::{Slabs, Volume};
+use super::body::{Body, ROUNDING};
+use crate::rounding::Rounding;
 
 /// The most degrees of a piece of an arc: its corner is 1.5 % further out than it is.
 const PIECE: f64 = 20.0;
-
-/// The corners of the polygon about a full turn and its two ends.
-const CORNERS: usize = 20;
 
 /// More than the entries of a rotation err, with the angles at the corners.
 const TURNED: f64 = 128.0 * f64::EPSILON;
@@ -31,6 +31,8 @@ const FAR: f64 = 720.0;
 pub(super) struct MapRange {
     linear: Linear,
     offset: [Interval; 3],
+    /// The most that any of them enlarges a distance.
+    gain: f64,
 }
 
 /// What A may be.
@@ -40,11 +42,14 @@ enum Linear {
     One(DMat3),
     /// A multiple of the identity.
     Factor(Interval),
-    /// A rotation about an axis of length 1, by so many degrees.
-    Turn(DVec3, Interval),
+    /// Anything in the hull of these, but for rounding.
+    Turns(Vec<DMat3>),
     /// By rows, each entry in its own interval.
     Entries([[Interval; 3]; 3]),
 }
+
+const ZERO: Interval = Interval::point(0.0);
+const ONE: Interval = Interval::point(1.0);
 
 impl MapRange {
     /// The transformations of a kind for arguments in these intervals. `None` if there is none.
@@ -52,195 +57,249 @@ impl MapRange {
         if args.iter().any(|arg| arg.is_empty()) {
             return None;
         }
-        let mut points = [0.0; 12];
-        let all_points = points.iter_mut().zip(args).all(|(point, arg)| {
-            *point = arg.value().unwrap_or(f64::NAN);
-            !point.is_nan()
-        });
-        if all_points {
-            return kind.evaluate(&points[..args.len()]).map(|map| Self::one(&map));
+        let points: Option<Vec<f64>> = args.iter().map(|arg| arg.value()).collect();
+        if let Some(points) = points {
+            return kind.evaluate(&points).map(|map| Self::one(&map));
         }
-        const ZERO: Interval = Interval::point(0.0);
-        const ONE: Interval = Interval::point(1.0);
-        let still = |linear| Self { linear, offset: [ZERO; 3] };
         Some(match kind {
-            TransformKind::Move => Self { linear: Linear::Identity, offset: [args[0], args[1], args[2]] },
-            TransformKind::UScale => still(Linear::Factor(args[0])),
-            TransformKind::Scale => {
-                still(Linear::Entries([[args[0], ZERO, ZERO], [ZERO, args[1], ZERO], [ZERO, ZERO, args[2]]]))
-            }
-            TransformKind::RotX => still(Linear::Turn(DVec3::X, args[0])),
-            TransformKind::RotY => still(Linear::Turn(DVec3::Y, args[0])),
-            TransformKind::RotZ => still(Linear::Turn(DVec3::Z, args[0])),
-            TransformKind::Rot => {
-                let axis = [args[0].value(), args[1].value(), args[2].value()];
-                match axis {
-                    [Some(x), Some(y), Some(z)] => {
-                        let axis = DVec3::new(x, y, z);
-                        let axis = (axis / axis.abs().max_element()).try_normalize()?;
-                        still(Linear::Turn(axis, args[3]))
-                    }
-                    // Whatever the axis and the angle, no entry of a rotation is beyond 1.
-                    _ => still(Linear::Entries([[Interval::new(-1.0, 1.0); 3]; 3])),
+            TransformKind::Move => Self::moves([args[0], args[1], args[2]]),
+            TransformKind::UScale => Self { gain: size(args[0]), ..Self::still(Linear::Factor(args[0])) },
+            TransformKind::Scale => Self {
+                gain: args.iter().copied().map(size).fold(0.0, f64::max),
+                ..Self::still(Linear::Entries([
+                    [args[0], ZERO, ZERO],
+                    [ZERO, args[1], ZERO],
+                    [ZERO, ZERO, args[2]],
+                ]))
+            },
+            TransformKind::RotX => Self::turns(DVec3::X, args[0]),
+            TransformKind::RotY => Self::turns(DVec3::Y, args[0]),
+            TransformKind::RotZ => Self::turns(DVec3::Z, args[0]),
+            TransformKind::Rot => match [args[0].value(), args[1].value(), args[2].value()] {
+                [Some(x), Some(y), Some(z)] => {
+                    let axis = DVec3::new(x, y, z);
+                    Self::turns((axis / axis.abs().max_element()).try_normalize()?, args[3])
                 }
+                // Whatever the axis and the angle, no entry of a rotation is beyond 1.
+                _ => Self {
+                    gain: 1.0 + TURNED,
+                    ..Self::still(Linear::Entries([[Interval::new(-1.0 - TURNED, 1.0 + TURNED); 3]; 3]))
+                },
+            },
+            TransformKind::Shear => {
+                Self::entries([[ONE, args[0], args[1]], [args[2], ONE, args[3]], [args[4], args[5], ONE]])
             }
-            TransformKind::Shear => still(Linear::Entries([
-                [ONE, args[0], args[1]],
-                [args[2], ONE, args[3]],
-                [args[4], args[5], ONE],
-            ])),
             TransformKind::Matrix => Self {
-                linear: Linear::Entries([0, 4, 8].map(|row| [args[row], args[row + 1], args[row + 2]])),
                 offset: [args[3], args[7], args[11]],
+                ..Self::entries([0, 4, 8].map(|row| [args[row], args[row + 1], args[row + 2]]))
             },
             // A transformation that this version does not know may do anything.
-            _ => Self { linear: Linear::Entries([[Interval::ALL; 3]; 3]), offset: [Interval::ALL; 3] },
+            _ => Self { offset: [Interval::ALL; 3], ..Self::entries([[Interval::ALL; 3]; 3]) },
         })
+    }
+
+    fn still(linear: Linear) -> Self {
+        Self { linear, offset: [ZERO; 3], gain: 1.0 }
+    }
+
+    fn moves(offset: [Interval; 3]) -> Self {
+        Self { offset, ..Self::still(Linear::Identity) }
     }
 
     fn one(map: &Transform) -> Self {
         let affine = map.to_affine();
-        let linear = match map {
-            Transform::Translate(_) => Linear::Identity,
-            _ => Linear::One(affine.matrix3),
-        };
-        Self { linear, offset: affine.translation.to_array().map(Interval::point) }
+        let offset = affine.translation.to_array().map(Interval::point);
+        match map {
+            Transform::Translate(_) => Self::moves(offset),
+            _ => Self { linear: Linear::One(affine.matrix3), offset, gain: Rounding::of(&affine).gain() },
+        }
     }
 
-    /// Slabs about the images of what is between slabs.
-    pub(super) fn image(&self, below: &Slabs<13>) -> Slabs<13> {
-        if below.is_empty() {
-            return Slabs::EMPTY;
-        }
-        let moved = |direction: DVec3, support: f64| {
-            let (shift, size) = self.shift(direction);
-            let sum = shift + support;
-            let above = sum + 8.0 * f64::EPSILON * (size + support.abs());
-            if above.is_nan() { f64::INFINITY } else { above }
-        };
+    fn turns(axis: DVec3, angle: Interval) -> Self {
+        Self { gain: 1.0 + TURNED, ..Self::still(Linear::Turns(about_arc(axis, angle))) }
+    }
+
+    /// The gain is at most the root of the sum of the squares of the entries.
+    fn entries(rows: [[Interval; 3]; 3]) -> Self {
+        let squares: f64 = rows.iter().flatten().map(|entry| size(*entry) * size(*entry)).sum();
+        Self { gain: squares.sqrt() * (1.0 + ROUNDING), ..Self::still(Linear::Entries(rows)) }
+    }
+
+    /// How many directions come of one, at most.
+    fn corner_count(&self) -> usize {
         match &self.linear {
-            // Nothing is turned, so each plane stays its own.
-            Linear::Identity => {
-                let mut image = *below;
-                for (i, direction) in Slabs::<13>::DIRECTIONS.into_iter().enumerate() {
-                    image.max[i] = moved(direction, below.max[i]);
-                    image.min[i] = -moved(-direction, -below.min[i]);
-                }
-                image
+            Linear::Identity | Linear::One(_) => 1,
+            Linear::Factor(_) => 2,
+            Linear::Turns(turns) => turns.len(),
+            Linear::Entries(rows) => {
+                let varies = |column: &usize| rows.iter().any(|row| row[*column].value().is_none());
+                1 << (0..3).filter(varies).count()
             }
+        }
+    }
+
+    /// Calls `see` with the corners of a polytope about all Aᵀd, and with what their coordinates err, for all d that differ
+    /// from `d` by at most `error` in each coordinate.
+    fn corners(&self, d: DVec3, error: DVec3, mut see: impl FnMut(DVec3, DVec3)) {
+        match &self.linear {
+            Linear::Identity => see(d, error),
             Linear::One(matrix) => {
-                let rows = matrix.transpose();
-                Slabs::from_support(|d| moved(d, support(below, rows * d, rounding(&rows, d))))
+                let q = matrix.transpose() * d;
+                see(q, rounding(matrix, d, q) + matrix.abs().transpose() * error);
             }
             Linear::Factor(factor) => {
-                let ends = [factor.min, factor.max];
-                Slabs::from_support(|d| {
-                    let far = ends.map(|factor| at(below, factor * d, DVec3::ZERO));
-                    moved(d, far[0].max(far[1]))
-                })
+                for factor in [factor.min, factor.max] {
+                    let q = factor * d;
+                    // A single coordinate errs by a factor, and that is the support's to round.
+                    let single = d.abs().element_sum() <= d.abs().max_element();
+                    let rounding = if single { DVec3::ZERO } else { q.abs() * f64::EPSILON };
+                    see(q, rounding + factor.abs() * error);
+                }
             }
-            Linear::Turn(axis, angle) => {
-                let (turns, count) = about_arc(*axis, *angle);
-                Slabs::from_support(|d| {
-                    let error = DVec3::splat(TURNED * d.length());
-                    let far = turns[..count].iter().map(|rows| support(below, *rows * d, error));
-                    moved(d, far.fold(f64::NEG_INFINITY, f64::max))
-                })
+            Linear::Turns(turns) => {
+                let error = DVec3::splat(TURNED * d.length() + 2.0 * error.length());
+                turns.iter().for_each(|matrix| see(matrix.transpose() * d, error));
             }
-            Linear::Entries(rows) => Slabs::from_support(|d| moved(d, farthest(below, rows, d))),
+            Linear::Entries(rows) => box_corners(rows, d, error, see),
         }
     }
 
-    /// The largest t·d, and the sum of the sizes in it.
-    fn shift(&self, direction: DVec3) -> (f64, f64) {
+    /// The largest t·d.
+    fn shift(&self, d: DVec3, error: DVec3) -> f64 {
         let (mut sum, mut sizes) = (0.0, 0.0);
-        for (d, t) in direction.to_array().into_iter().zip(self.offset) {
+        for axis in 0..3 {
+            let (d, t) = (d[axis], self.offset[axis]);
+            // 0 · ∞ is no way to go.
             if d != 0.0 {
-                let most = if d > 0.0 { t.max } else { -t.min };
-                sum += most;
-                sizes += most.abs();
+                sum += d * if d > 0.0 { t.max } else { t.min };
+                sizes += d.abs() * size(t);
+            }
+            if error[axis] > 0.0 {
+                sizes += error[axis] / ROUNDING * size(t);
             }
         }
-        (sum, sizes)
+        if sizes > 0.0 { sum + sizes * ROUNDING } else { sum }
+    }
+
+    /// The farthest that any t is from the origin.
+    fn reach(&self) -> f64 {
+        let [x, y, z] = self.offset.map(size);
+        DVec3::new(x, y, z).length() * (1.0 + ROUNDING)
     }
 }
 
-/// A support, of which nothing is known in a direction that is not finite.
-fn at(slabs: &Slabs<13>, q: DVec3, error: DVec3) -> f64 {
-    if q.is_finite() { support(slabs, q, error) } else { f64::INFINITY }
+/// A chain of maps, the outermost first.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Chain<'a> {
+    maps: Vec<&'a MapRange>,
+    corners: usize,
 }
 
-/// What the coordinates of a product Aᵀd err: nothing where it is a single entry.
-fn rounding(transposed: &DMat3, direction: DVec3) -> DVec3 {
-    if direction.abs().element_sum() <= 1.0 {
-        return DVec3::ZERO;
-    }
-    let rows = transposed.transpose();
-    let error = |column: DVec3| {
-        let terms = column * direction;
-        let sizes = terms.abs();
-        if sizes.element_sum() > sizes.max_element() { 4.0 * f64::EPSILON * sizes.element_sum() } else { 0.0 }
-    };
-    DVec3::new(error(rows.x_axis), error(rows.y_axis), error(rows.z_axis))
-}
+impl<'a> Chain<'a> {
+    /// The most directions that a chain makes of one, and the most maps in it.
+    const CORNERS: usize = 100;
+    const MAPS: usize = 8;
 
-/// The largest support of all Aᵀd, for the rows of A in intervals: at the corners of a box.
-fn farthest(slabs: &Slabs<13>, rows: &[[Interval; 3]; 3], direction: DVec3) -> f64 {
-    let mut corners = [DVec3::ZERO; 2];
-    let mut error = DVec3::ZERO;
-    for column in 0..3 {
-        let (mut terms, mut size) = (0, 0.0);
-        for (row, d) in rows.iter().zip(direction.to_array()) {
-            let entry = row[column];
-            let largest = entry.min.abs().max(entry.max.abs());
-            if d == 0.0 || largest == 0.0 {
-                continue;
-            }
-            let [least, most] = if d > 0.0 { [entry.min, entry.max] } else { [-entry.max, -entry.min] };
-            corners[0][column] += least;
-            corners[1][column] += most;
-            terms += 1;
-            size += largest;
+    /// Appends a map below, unless the chain has become too expensive.
+    pub(super) fn push(&mut self, map: &'a MapRange) -> bool {
+        let corners = self.corners.max(1) * map.corner_count();
+        let fits = self.maps.is_empty() || corners <= Self::CORNERS && self.maps.len() < Self::MAPS;
+        if fits {
+            self.maps.push(map);
+            self.corners = corners;
         }
-        error[column] = if terms > 1 { 4.0 * f64::EPSILON * size } else { 0.0 };
+        fits
     }
+
+    /// An envelope about all images of what is in another.
+    pub(super) fn image(&self, below: &Body) -> Body {
+        if below.is_empty() {
+            return Body::EMPTY;
+        }
+        let radius = self.maps.iter().rev().fold(below.radius, |radius, map| {
+            let radius = if radius > 0.0 { radius * map.gain } else { 0.0 };
+            (radius + map.reach()) * (1.0 + ROUNDING)
+        });
+        let radius = if radius.is_nan() { f64::INFINITY } else { radius };
+        Body::new(|d| support(&self.maps, below, d, DVec3::ZERO), radius)
+    }
+}
+
+/// The support of the image under a chain, whose length is bounded.
+fn support(maps: &[&MapRange], below: &Body, d: DVec3, error: DVec3) -> f64 {
+    let Some((map, rest)) = maps.split_first() else { return below.support(d, error) };
+    let shift = map.shift(d, error);
     let mut farthest = f64::NEG_INFINITY;
-    for corner in 0..8_usize {
-        let upper = [corner & 1, corner >> 1 & 1, corner >> 2];
+    map.corners(d, error, |q, error| farthest = farthest.max(support(rest, below, q, error)));
+    let sum = shift + farthest;
+    let above = sum + (shift.abs() + farthest.abs()) * f64::EPSILON;
+    if above.is_nan() { f64::INFINITY } else { above }
+}
+
+/// The largest absolute value.
+fn size(interval: Interval) -> f64 {
+    interval.min.abs().max(interval.max.abs())
+}
+
+/// What the coordinates of q = Aᵀd err. Where all is a single product it errs by a factor, and that is the support's to round.
+fn rounding(matrix: &DMat3, d: DVec3, q: DVec3) -> DVec3 {
+    let sizes = matrix.abs().transpose() * d.abs();
+    let single = sizes.element_sum() <= q.abs().max_element();
+    if single { DVec3::ZERO } else { sizes * (4.0 * f64::EPSILON) }
+}
+
+/// The corners of the box of all Aᵀd, for the rows of A in intervals.
+fn box_corners(rows: &[[Interval; 3]; 3], d: DVec3, error: DVec3, mut see: impl FnMut(DVec3, DVec3)) {
+    let (mut least, mut most, mut sizes, mut errors) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+    let mut terms = 0;
+    for column in 0..3 {
+        for row in 0..3 {
+            let (entry, d) = (rows[row][column], d[row]);
+            let size = size(entry);
+            if size > 0.0 {
+                errors[column] += size * error[row];
+            }
+            if d != 0.0 && size > 0.0 {
+                let [a, b] = [d * entry.min, d * entry.max];
+                least[column] += a.min(b);
+                most[column] += a.max(b);
+                sizes[column] += size * d.abs();
+                terms += 1;
+            }
+        }
+    }
+    if terms > 1 {
+        errors += sizes * (4.0 * f64::EPSILON);
+    }
+    for corner in 0..8_u8 {
+        let upper = [corner & 1, corner & 2, corner & 4].map(|bit| bit != 0);
         // Where both are one corner, once is enough.
-        if (0..3).any(|axis| upper[axis] == 1 && corners[0][axis] >= corners[1][axis]) {
+        if (0..3).any(|axis| upper[axis] && least[axis] >= most[axis]) {
             continue;
         }
-        let q = DVec3::new(corners[upper[0]].x, corners[upper[1]].y, corners[upper[2]].z);
-        farthest = farthest.max(at(slabs, q, error));
+        let pick = |axis: usize| if upper[axis] { most[axis] } else { least[axis] };
+        see(DVec3::new(pick(0), pick(1), pick(2)), errors);
     }
-    farthest
 }
 
-/// The transposed matrices at the corners of a polygon about an arc of rotations.
-fn about_arc(axis: DVec3, angle: Interval) -> ([DMat3; CORNERS], usize) {
+/// The matrices at the corners of a polygon about an arc of rotations.
+fn about_arc(axis: DVec3, angle: Interval) -> Vec<DMat3> {
     let span = angle.max - angle.min;
-    let full = !(span < 360.0 - PIECE) || angle.min.abs().max(angle.max.abs()) > FAR;
-    let (start, span) = if full { (0.0, 360.0) } else { (angle.min, span) };
+    let any = span.is_nan() || span >= 360.0 - PIECE || size(angle) > FAR;
+    let (start, span) = if any { (0.0, 360.0) } else { (angle.min, span) };
     let pieces = (span / PIECE).ceil().max(1.0);
     let piece = span / pieces;
     let out = rotation(DVec3::Z, 0.5 * piece, 1.0).x_axis.x.recip();
-    let mut corners = [DMat3::IDENTITY; CORNERS];
-    let mut count = 0;
-    let mut push = |degrees: f64, out: f64| {
-        corners[count] = rotation(axis, degrees, out).transpose();
-        count += 1;
-    };
+    let mut corners = Vec::new();
     let mut middle = 0.5;
     while middle < pieces {
-        push(start + middle * piece, out);
+        corners.push(rotation(axis, start + middle * piece, out));
         middle += 1.0;
     }
-    if !full {
-        push(angle.min, 1.0);
-        push(angle.max, 1.0);
+    if !any {
+        corners.extend([angle.min, angle.max].map(|end| rotation(axis, end, 1.0)));
     }
-    (corners, count)
+    corners
 }
 
 /// The rotation about an axis of length 1, which takes what is across the axis further out.
