@@ -36,11 +36,16 @@ impl Body {
     /// The origin.
     pub(super) const POINT: Self = Self { slabs: Slabs { min: [0.0; 13], max: [0.0; 13] }, radius: 0.0 };
 
-    /// From supports, and from a radius.
-    pub(super) fn new(mut support: impl FnMut(DVec3) -> f64, radius: f64) -> Self {
-        let slabs = Slabs::<13>::from_support(|d| support(d).min(reach(radius, d)));
-        if slabs.is_empty() {
-            return Self::EMPTY;
+    /// From supports in opposite directions, and from a radius.
+    pub(super) fn new(mut supports: impl FnMut(DVec3) -> [f64; 2], radius: f64) -> Self {
+        let mut slabs = Slabs::<13>::EMPTY;
+        for (i, direction) in Slabs::<13>::DIRECTIONS.into_iter().enumerate() {
+            let reach = reach(radius, direction);
+            let [max, min] = supports(direction).map(|support| support.min(reach));
+            (slabs.min[i], slabs.max[i]) = (-min, max);
+            if -min > max || max == f64::NEG_INFINITY {
+                return Self::EMPTY;
+            }
         }
         let bounds = slabs.aabb();
         let corner = bounds.min.abs().max(bounds.max.abs()).length() * (1.0 + ROUNDING);
@@ -62,52 +67,59 @@ impl Body {
         if slabs.is_empty() { Self::EMPTY } else { Self { slabs, radius: self.radius.min(other.radius) } }
     }
 
-    /// At least the support, if this is not empty, in all directions that differ from `q` by no more than `error` in each
-    /// coordinate.
-    pub(super) fn support(&self, q: DVec3, error: DVec3) -> f64 {
+    /// At least the supports in `q` and in the opposite direction, if this is not empty, and in all directions that differ
+    /// from these by no more than `error` in each coordinate.
+    pub(super) fn supports(&self, q: DVec3, error: DVec3) -> [f64; 2] {
         if !(q.is_finite() && error.is_finite()) {
-            return f64::INFINITY;
+            return [f64::INFINITY; 2];
         }
-        self.between_planes(q, error).min(reach(self.radius, q.abs() + error))
+        let reach = reach(self.radius, q.abs() + error);
+        self.between_planes(q, error).map(|support| support.min(reach))
     }
 
-    fn between_planes(&self, q: DVec3, mut error: DVec3) -> f64 {
+    fn between_planes(&self, q: DVec3, mut error: DVec3) -> [f64; 2] {
         let Slabs { min, max } = &self.slabs;
-        let plane = |index: usize, negative: bool| if negative { -min[index] } else { max[index] };
+        let planes = |index: usize, negative: bool| {
+            let [min, max] = [-min[index], max[index]];
+            if negative { [min, max] } else { [max, min] }
+        };
         let size = q.abs();
         let negative = [q.x < 0.0, q.y < 0.0, q.z < 0.0];
         let [first, second, last] = by_size(size);
         let [x, y, z] = [size[first], size[second], size[last]];
 
-        let axis = plane(first, negative[first]);
+        let axis = planes(first, negative[first]);
         let [a, b] = [negative[(last + 1) % 3], negative[(last + 2) % 3]];
-        let edge = plane(if a == b { EDGES + last } else { EDGES + 3 + last }, a);
+        let edge = planes(if a == b { EDGES + last } else { EDGES + 3 + last }, a);
         // The first of these diagonals has all signs alike, and each of the others one that differs.
         let corner = match negative {
-            [x, y, z] if x == y && y == z => plane(CORNERS, x),
-            [x, y, _] if x == y => plane(CORNERS + 1, x),
-            [x, _, z] if x == z => plane(CORNERS + 2, x),
-            [_, y, _] => plane(CORNERS + 3, y),
+            [x, y, z] if x == y && y == z => planes(CORNERS, x),
+            [x, y, _] if x == y => planes(CORNERS + 1, x),
+            [x, _, z] if x == z => planes(CORNERS + 2, x),
+            [_, y, _] => planes(CORNERS + 3, y),
         };
-        let (mut sum, mut sizes) = (0.0, 0.0);
-        for (share, support) in [(x - y, axis), (y - z, edge), (z, corner)] {
-            // A share of nothing reaches nowhere, even without end.
-            if share > 0.0 {
-                sum += share * support;
-                sizes += share * support.abs();
-            }
-        }
         // What the differences lose is a direction, too.
         if y > 0.0 {
             error += DVec3::splat(x * f64::EPSILON);
         }
+        let mut lost = 0.0;
         for axis in 0..3 {
             if error[axis] > 0.0 {
-                sizes += error[axis] / ROUNDING * max[axis].max(-min[axis]).max(0.0);
+                lost += error[axis] * max[axis].max(-min[axis]).max(0.0);
             }
         }
-        let above = sum + sizes * ROUNDING + f64::MIN_POSITIVE;
-        if above.is_nan() { f64::INFINITY } else { above }
+        [0, 1].map(|side| {
+            let (mut sum, mut sizes) = (0.0, 0.0);
+            for (share, supports) in [(x - y, axis), (y - z, edge), (z, corner)] {
+                // A share of nothing reaches nowhere, even without end.
+                if share > 0.0 {
+                    sum += share * supports[side];
+                    sizes += share * supports[side].abs();
+                }
+            }
+            let above = sum + (sizes * ROUNDING + lost * (1.0 + ROUNDING) + f64::MIN_POSITIVE);
+            if above.is_nan() { f64::INFINITY } else { above }
+        })
     }
 }
 

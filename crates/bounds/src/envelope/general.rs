@@ -60,7 +60,7 @@ pub(super) fn envelopes(graph: &Graph, keys: &Keys) -> Vec<Known> {
 /// none.
 fn intervals(graph: &Graph, keys: &Keys) -> Vec<Option<Vec<Interval>>> {
     let mut found: Vec<Option<Vec<Interval>>> = vec![None; keys.len()];
-    let Some(root) = keys.len().checked_sub(1) else { return found };
+    let root = keys.root() as usize;
     let varying = keys.control().varying();
     let initial = |param: &ParamId| graph.initial().get(*param).map_or(Interval::EMPTY, Interval::point);
     found[root] = Some(varying.iter().map(initial).collect());

@@ -27,6 +27,7 @@ pub(super) struct Keys {
     /// What an environment starts from: constants, and all numbers for whatever does not matter.
     values: Vec<Interval>,
     keys: Vec<(NodeId, Env)>,
+    root: u32,
     numbers: FxHashMap<(NodeId, Env), u32>,
     nodes: Vec<KeyNode>,
     /// The keys below all keys.
@@ -58,6 +59,9 @@ enum Kind {
     Primitive,
 }
 
+/// The most keys that are passed at one time.
+const PASSED: usize = 16;
+
 impl Keys {
     /// The keys below the root of a graph, at most `limit` if any parameter is exact.
     pub(super) fn new(graph: &Graph, limit: usize) -> Self {
@@ -81,6 +85,7 @@ impl Keys {
             control,
             values,
             keys: Vec::new(),
+            root: 0,
             numbers: FxHashMap::default(),
             nodes: Vec::new(),
             below: Vec::new(),
@@ -215,7 +220,29 @@ impl Keys {
         self.keys = left.iter().map(|entered| self.keys[*entered as usize].clone()).collect();
         self.nodes = left.iter().map(|entered| self.nodes[*entered as usize].clone()).collect();
         self.below.iter_mut().for_each(|key| *key = numbers[*key as usize]);
+        self.root = numbers[0];
         self.numbers.values_mut().for_each(|key| *key = numbers[*key as usize]);
+        // Whatever leads to a key that is nothing but another one leads to that.
+        let ends: Vec<u32> = (0..index(left.len())).map(|key| self.end(key)).collect();
+        self.root = ends[self.root as usize];
+        self.below.iter_mut().for_each(|key| *key = ends[*key as usize]);
+        self.numbers.values_mut().for_each(|key| *key = ends[*key as usize]);
+    }
+
+    /// Where a key leads that is nothing but another one, or a few steps on the way there.
+    fn end(&self, mut key: u32) -> u32 {
+        for _ in 0..PASSED {
+            let KeyNode { kind, below } = &self.nodes[key as usize];
+            if !matches!(kind, Kind::Join) || below.len() != 1 {
+                break;
+            }
+            key = self.below[below.start as usize];
+        }
+        key
+    }
+
+    pub(super) fn root(&self) -> u32 {
+        self.root
     }
 
     pub(super) fn len(&self) -> usize {

@@ -155,6 +155,6 @@ impl Envelope {
     /// At least its support in a direction of any length: no point of the solid has a larger product with it. −∞ if it is
     /// empty, ∞ where it has no end. Some nanoseconds.
     pub fn support(&self, direction: DVec3) -> f64 {
-        if self.0.is_empty() { f64::NEG_INFINITY } else { self.0.support(direction, DVec3::ZERO) }
+        if self.0.is_empty() { f64::NEG_INFINITY } else { self.0.supports(direction, DVec3::ZERO)[0] }
     }
 }

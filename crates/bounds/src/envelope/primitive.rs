@@ -38,10 +38,9 @@ fn hull(args: &[Interval]) -> Body {
         if sum.is_nan() { f64::INFINITY } else { sum }
     };
     let radius = args.chunks_exact(3).map(farthest).fold(0.0, f64::max);
-    Body::new(
-        |d| args.chunks_exact(3).map(|point| support(d, point)).fold(f64::NEG_INFINITY, f64::max),
-        radius,
-    )
+    let farthest =
+        |d: DVec3| args.chunks_exact(3).map(|point| support(d, point)).fold(f64::NEG_INFINITY, f64::max);
+    Body::new(|d| [farthest(d), farthest(-d)], radius)
 }
 
 /// The planes of the axes are those of the box, which needs no margin.
@@ -58,7 +57,8 @@ fn of_primitive(primitive: &Primitive) -> Body {
         }
         _ => f64::INFINITY,
     };
-    let mut body = Body::new(|d| primitive.support(d) + rounding * d.length(), radius);
+    let supports = |d: DVec3| [d, -d].map(|d| primitive.support(d) + rounding * d.length());
+    let mut body = Body::new(supports, radius);
     for axis in 0..3 {
         body.slabs.min[axis] = bounds.min[axis];
         body.slabs.max[axis] = bounds.max[axis];

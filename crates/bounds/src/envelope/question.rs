@@ -14,7 +14,7 @@ use std::ops::Range;
 use csg_graph::{Graph, Interval};
 use rustc_hash::FxHashMap;
 
-use super::assemble::{Make, assemble};
+use super::assemble::{Make, assemble, wanted};
 use super::body::Body;
 use super::general::Known;
 use super::keys::Keys;
@@ -91,9 +91,20 @@ pub(super) fn envelope(
             Some((make, &sources[parts.clone()]))
         }
     };
-    // Parts were visited after what they are parts of.
+    // Parts were visited after what they are parts of. Within a chain of transformations none is asked for.
+    let mut asked = vec![false; visits.len()];
+    asked[0] = true;
+    for visit in &visits {
+        if asked[visit.number as usize] {
+            wanted(&visit.make, &sources[visit.sources.clone()], look, |source| {
+                if let Source::Visit(number) = source {
+                    asked[number as usize] = true;
+                }
+            });
+        }
+    }
     let mut found: Vec<Known> = vec![Ok(Body::EMPTY); visits.len()];
-    for visit in visits.iter().rev() {
+    for visit in visits.iter().rev().filter(|visit| asked[visit.number as usize]) {
         let known = |source: Source| match source {
             Source::General(key) => general[key as usize].as_ref(),
             Source::Visit(number) => found[number as usize].as_ref(),

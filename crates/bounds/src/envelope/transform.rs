@@ -164,21 +164,25 @@ impl MapRange {
         }
     }
 
-    /// The largest t·d.
-    fn shift(&self, d: DVec3, error: DVec3) -> f64 {
-        let (mut sum, mut sizes) = (0.0, 0.0);
+    /// The largest t·d and the largest −t·d.
+    fn shifts(&self, d: DVec3, error: DVec3) -> [f64; 2] {
+        let (mut least, mut most, mut sizes) = (0.0, 0.0, 0.0);
         for axis in 0..3 {
             let (d, t) = (d[axis], self.offset[axis]);
             // 0 · ∞ is no way to go.
             if d != 0.0 {
-                sum += d * if d > 0.0 { t.max } else { t.min };
+                let [a, b] = [d * t.min, d * t.max];
+                least += a.min(b);
+                most += a.max(b);
                 sizes += d.abs() * size(t);
             }
             if error[axis] > 0.0 {
                 sizes += error[axis] / ROUNDING * size(t);
             }
         }
-        if sizes > 0.0 { sum + sizes * ROUNDING } else { sum }
+        // Nothing is not rounded; an infinite size is not worth a difference.
+        let rounding = if sizes > 0.0 { sizes * ROUNDING } else { 0.0 };
+        [most + rounding, rounding - least]
     }
 
     /// The farthest that any t is from the origin.
@@ -221,19 +225,25 @@ impl<'a> Chain<'a> {
             (radius + map.reach()) * (1.0 + ROUNDING)
         });
         let radius = if radius.is_nan() { f64::INFINITY } else { radius };
-        Body::new(|d| support(&self.maps, below, d, DVec3::ZERO), radius)
+        Body::new(|d| supports(&self.maps, below, d, DVec3::ZERO), radius)
     }
 }
 
-/// The support of the image under a chain, whose length is bounded.
-fn support(maps: &[&MapRange], below: &Body, d: DVec3, error: DVec3) -> f64 {
-    let Some((map, rest)) = maps.split_first() else { return below.support(d, error) };
-    let shift = map.shift(d, error);
-    let mut farthest = f64::NEG_INFINITY;
-    map.corners(d, error, |q, error| farthest = farthest.max(support(rest, below, q, error)));
-    let sum = shift + farthest;
-    let above = sum + (shift.abs() + farthest.abs()) * f64::EPSILON;
-    if above.is_nan() { f64::INFINITY } else { above }
+/// The supports of the image under a chain in opposite directions. The length of a chain is bounded.
+fn supports(maps: &[&MapRange], below: &Body, d: DVec3, error: DVec3) -> [f64; 2] {
+    let Some((map, rest)) = maps.split_first() else { return below.supports(d, error) };
+    let shifts = map.shifts(d, error);
+    let mut farthest = [f64::NEG_INFINITY; 2];
+    // The corners in the opposite direction are opposite.
+    map.corners(d, error, |q, error| {
+        let [there, back] = supports(rest, below, q, error);
+        farthest = [farthest[0].max(there), farthest[1].max(back)];
+    });
+    [0, 1].map(|side| {
+        let (shift, farthest) = (shifts[side], farthest[side]);
+        let above = shift + farthest + (shift.abs() + farthest.abs()) * f64::EPSILON;
+        if above.is_nan() { f64::INFINITY } else { above }
+    })
 }
 
 /// The largest absolute value.
