@@ -201,7 +201,10 @@ impl Interval {
             .loosened()
         };
         if self.min >= 0.0 {
-            return of_size(self);
+            let powers = of_size(self);
+            // A zero may be negative, and then so may be the infinity that is its inverse.
+            let inverse = self.contains(0.0) && exponent.min < 0.0;
+            return if inverse { Self { min: f64::NEG_INFINITY, ..powers } } else { powers };
         }
         // Of a negative base there are only integer powers, whose sizes are those of its size.
         let size = of_size(self.abs());
