@@ -66,7 +66,18 @@ impl Interval {
     /// Its number, if it holds no other.
     #[expect(clippy::float_cmp, reason = "a point is one number")]
     pub fn value(self) -> Option<f64> {
-        (self.min == self.max).then_some(self.min)
+        (self.min == self.max).then_some(self.min + 0.0)
+    }
+
+    /// Its number, if that is known with the sign of a zero: infinities are the inverses of zeros.
+    fn signed(self) -> Option<f64> {
+        (self.min.to_bits() == self.max.to_bits()).then_some(self.min)
+    }
+
+    /// The same numbers, with zeros of either sign.
+    fn unsigned(self) -> Self {
+        let zero = |end: f64, zero: f64| if end == 0.0 { zero } else { end };
+        Self { min: zero(self.min, -0.0), max: zero(self.max, 0.0) }
     }
 
     /// Whether `value` is in it.
@@ -190,6 +201,7 @@ impl Interval {
         all
     }
 
+    #[expect(clippy::float_cmp, reason = "an exponent is odd or it is not")]
     fn power(self, exponent: Self) -> Self {
         let of_size = |base: Self| {
             Self::about([
@@ -201,10 +213,9 @@ impl Interval {
             .loosened()
         };
         if self.min >= 0.0 {
-            let powers = of_size(self);
             // A zero may be negative, and then so may be the infinity that is its inverse.
             let inverse = self.contains(0.0) && exponent.min < 0.0;
-            return if inverse { Self { min: f64::NEG_INFINITY, ..powers } } else { powers };
+            return if inverse { Self::ALL } else { of_size(self) };
         }
         // Of a negative base there are only integer powers, whose sizes are those of its size.
         let size = of_size(self.abs());
@@ -312,7 +323,7 @@ impl Unary {
 
 impl Binary {
     pub(crate) fn range(self, a: Interval, b: Interval) -> Interval {
-        if let (Some(a), Some(b)) = (a.value(), b.value()) {
+        if let (Some(a), Some(b)) = (a.signed(), b.signed()) {
             return Interval::point(self.apply(a, b));
         }
         match self {
@@ -321,7 +332,7 @@ impl Binary {
             _ if a.is_empty() || b.is_empty() => return Interval::EMPTY,
             _ => {}
         }
-        match self {
+        let range = match self {
             Self::Add => a.add(b),
             Self::Subtract => a.add(b.negate()),
             Self::Multiply => a.multiply(b),
@@ -335,7 +346,8 @@ impl Binary {
             Self::Equal => a.equal(b),
             Self::NotEqual => a.equal(b).not(),
             Self::And | Self::Or => unreachable!("decided above"),
-        }
+        };
+        range.unsigned()
     }
 }
 
@@ -346,7 +358,7 @@ impl Function {
             return match a.truth() {
                 _ if a.is_empty() => a,
                 Some(truth) => args[if truth { 1 } else { 2 }],
-                None => args[1].join(args[2]),
+                None => args[1].join(args[2]).unsigned(),
             };
         }
         if args.iter().any(|arg| arg.is_empty()) {
@@ -355,7 +367,7 @@ impl Function {
         if let Some(value) = self.at_points(args) {
             return Interval::point(value);
         }
-        match self {
+        let range = match self {
             Self::If => unreachable!("decided above"),
             Self::Abs => a.abs(),
             Self::Min => Interval::new(a.min.min(args[1].min), a.max.min(args[1].max)),
@@ -403,7 +415,8 @@ impl Function {
             Self::Hash => Interval::TRUTH,
             Self::Noise => Interval::new(-1.0, 1.0),
             Self::Derive => Interval::new(0.0, SEEDS),
-        }
+        };
+        range.unsigned()
     }
 
     /// The value, if all arguments are points; it may be no number.
@@ -411,11 +424,11 @@ impl Function {
         const FEW: usize = 8;
         let mut few = [0.0; FEW];
         if args.len() > FEW {
-            let values: Option<Vec<f64>> = args.iter().map(|arg| arg.value()).collect();
+            let values: Option<Vec<f64>> = args.iter().map(|arg| arg.signed()).collect();
             return values.map(|values| self.apply(&values));
         }
         for (value, arg) in few.iter_mut().zip(args) {
-            *value = arg.value()?;
+            *value = arg.signed()?;
         }
         Some(self.apply(&few[..args.len()]))
     }

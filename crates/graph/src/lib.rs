@@ -50,6 +50,8 @@
 //! C-node of [`GraphBuilder::reseed`] gives what is below it another one. So every occurrence of a symbol can be different,
 //! and equal states are equal solids all the same.
 //!
+//! What an expression may give while its parameters vary, and numbers are drawn, is its [range](Expr::range).
+//!
 //! # Frames
 //! A T-node maps from the frame below it into the frame above it; points are columns, and a chain of T-nodes
 //! T_k, …, T_1 from the root to a primitive maps a point p of the primitive's object frame C₀ to T_k(…(T_1(p))).

@@ -66,7 +66,7 @@ fn intervals() -> impl Strategy<Value = (Interval, [f64; 6])> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 20_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn ranges_hold_values(

@@ -249,6 +249,16 @@ impl Keys {
         self.keys.len()
     }
 
+    /// About how much memory this holds.
+    pub(super) fn bytes(&self) -> usize {
+        let key = size_of::<(NodeId, Env)>() + self.values.len() * size_of::<f64>() + 2 * size_of::<usize>();
+        let number = size_of::<(NodeId, Env, u32)>() * 2;
+        self.keys.len() * (key + number + size_of::<KeyNode>())
+            + self.below.len() * size_of::<u32>()
+            + self.solids.len() * size_of::<Body>()
+            + self.maps.len() * size_of::<MapRange>()
+    }
+
     pub(super) fn control(&self) -> &Control {
         &self.control
     }
@@ -349,7 +359,7 @@ impl Keys {
 }
 
 impl KeyNode {
-    const UNOPENED: Self = Self { kind: Kind::Join, below: u32::MAX..0 };
+    const UNOPENED: Self = Self { kind: Kind::Join, below: Range { start: u32::MAX, end: 0 } };
 
     fn opened(&self) -> bool {
         self.below.start <= self.below.end

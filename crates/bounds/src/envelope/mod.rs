@@ -113,6 +113,11 @@ impl Envelopes {
         self.keys.len()
     }
 
+    /// About how much memory this holds, without the graph. Questions need some hundred kilobytes for a moment.
+    pub fn bytes(&self) -> usize {
+        self.keys.bytes() + self.general.len() * size_of::<Known>()
+    }
+
     /// An envelope of the solid below a state, in the frame of the state; for a T-node, in the frame that it maps into.
     ///
     /// # Errors
