@@ -327,13 +327,15 @@ fn looseness(solid: impl Fn(u32) -> Graph) -> [f64; 2] {
 /// The numbers are in `docs/bounds.md`.
 #[test]
 fn envelopes_are_tight_after_one_expansion() {
-    let found = [
-        looseness(|seed| tree(seed, 10)),
-        looseness(|seed| terrain(seed, 6, 0.3)),
-        looseness(|seed| stochastic_sierpinski(seed, 6)),
+    let solids: [(fn(u32) -> Graph, usize, [f64; 2]); 4] = [
+        (|seed| tree(seed, 10), 153, [3.56, 1.16]),
+        (|seed| terrain(seed, 6, 0.3), 128, [1.63, 1.07]),
+        (|seed| stochastic_sierpinski(seed, 6), 134, [1.0, 1.0]),
+        (thinning, 15, [4.71, 1.0]),
     ];
-    let most = [[4.0, 1.3], [2.0, 1.1], [1.01, 1.01]];
-    for (found, most) in found.iter().zip(most) {
-        assert!(found[0] <= most[0] && found[1] <= most[1], "{found:?}");
+    for (solid, keys, expected) in solids {
+        assert_eq!(envelopes(&solid(0)).key_count(), keys);
+        let found = looseness(solid);
+        assert!((0..2).all(|i| (found[i] - expected[i]).abs() < 0.006), "{found:?} {expected:?}");
     }
 }
