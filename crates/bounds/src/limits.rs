@@ -35,7 +35,7 @@ pub struct Limits {
     ///
     /// By default 10⁻¹². In deep scenes, larger ones make the queries faster, and the boxes larger by as much.
     pub gap: f64,
-    /// The most states without chance that [`Envelopes`](crate::Envelopes) tell apart. If there are more, they know the
+    /// The most states without chance that `Envelopes` tell apart. If there are more, they know the
     /// parameter with the most values by intervals alone.
     ///
     /// By default 50,000, which is some twenty megabytes and a tenth of a second.

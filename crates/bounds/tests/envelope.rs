@@ -327,7 +327,8 @@ fn looseness(solid: impl Fn(u32) -> Graph) -> [f64; 2] {
 /// The numbers are in `docs/bounds.md`.
 #[test]
 fn envelopes_are_tight_after_one_expansion() {
-    let solids: [(fn(u32) -> Graph, usize, [f64; 2]); 4] = [
+    type Solid = fn(u32) -> Graph;
+    let solids: [(Solid, usize, [f64; 2]); 4] = [
         (|seed| tree(seed, 10), 153, [3.56, 1.16]),
         (|seed| terrain(seed, 6, 0.3), 128, [1.63, 1.07]),
         (|seed| stochastic_sierpinski(seed, 6), 134, [1.0, 1.0]),
