@@ -8,6 +8,8 @@
 //! The throughput of the exact algorithm is in states, that of the other two in primitives of the unfolded tree: the law
 //! of each is that it stays as it is while the tree grows.
 
+#[expect(clippy::unwrap_used, reason = "the graphs are sound")]
+mod chance;
 #[path = "../examples/growth/sympodial.rs"]
 mod sympodial;
 
@@ -19,7 +21,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use csg_graph_bounds::{Aabb, Limits, Scene, Step, chain, conventional, exact, root_box};
+use csg_graph_bounds::{Aabb, Envelopes, Limits, Scene, Step, chain, conventional, exact, root_box};
 use dag::Dag;
 use glam::{DAffine3, DVec3};
 use sympodial::sympodial;
@@ -222,5 +224,37 @@ fn attractors(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, algorithms, states, attractors);
+/// Envelopes: preparing for questions, and questions about states a few levels down, where all is random.
+fn envelopes(c: &mut Criterion) {
+    let mut group = c.benchmark_group("envelope");
+    for (name, graph) in [
+        ("tree", chance::tree(1, 20)),
+        ("terrain", chance::terrain(1, 12, 0.3)),
+        ("sierpinski", chance::stochastic_sierpinski(1, 20)),
+        ("vine", chance::vine(1)),
+        ("thinning", chance::thinning(1)),
+    ] {
+        group.sample_size(20);
+        group.bench_function(BenchmarkId::new("new", name), |b| {
+            b.iter(|| Envelopes::new(black_box(graph.clone()), &Limits::default()).key_count());
+        });
+        let envelopes = Envelopes::new(graph.clone(), &Limits::default());
+        // Always the last part, as long as there is one.
+        let mut state = graph.root_state();
+        let mut asked = vec![state.clone()];
+        while let Ok(step) = graph.step(&state)
+            && let Some(below) = step.into_states().into_iter().flatten().last()
+        {
+            state = below;
+            asked.push(state.clone());
+        }
+        group.throughput(Throughput::Elements(asked.len() as u64));
+        group.bench_function(BenchmarkId::new("of", name), |b| {
+            b.iter(|| asked.iter().filter(|state| envelopes.of(black_box(state)).is_ok()).count());
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, envelopes, algorithms, states, attractors);
 criterion_main!(benches);

@@ -182,6 +182,10 @@
 //! that the recursion leaves behind, and [`ExactBoxes::endless`] says by how much it shrinks. What does not shrink is an
 //! error that names the cycle. For the other two algorithms it is just another tree that is too deep.
 //!
+//! **Nor need states be few.** Where random numbers make every instance a state of its own, `Envelopes` bound the solid
+//! below a state of a cyclic graph without a look at what is below it: a look-up for a tree whose branches turn by chance,
+//! some ten microseconds a level for a terrain.
+//!
 //! **Work is limited.** [`Limits`] bound steps, states and memory, and an error says which limit was met. Nothing
 //! recurses on the machine stack. Results depend on nothing but the scene and the limits.
 //!
@@ -209,6 +213,8 @@ mod chain;
 mod conventional;
 #[cfg(feature = "csg-graph")]
 mod csg_graph;
+#[cfg(feature = "csg-graph")]
+mod envelope;
 mod exact;
 mod limits;
 mod point_set;
@@ -221,6 +227,8 @@ pub use aabb::Aabb;
 pub use boolean::{Cell, CellCounts, Refinement, SBounds, Side, SolidBox, SolidSearch};
 pub use chain::chain;
 pub use conventional::conventional;
+#[cfg(feature = "csg-graph")]
+pub use envelope::{Envelope, Envelopes};
 pub use exact::{Counts, Endless, ExactBoxes, StateBox, Support, exact, root_box};
 pub use limits::{BoundsError, Limits, Round};
 pub use point_set::{EXCESS, PointSet};

@@ -35,11 +35,23 @@ pub struct Limits {
     ///
     /// By default 10⁻¹². In deep scenes, larger ones make the queries faster, and the boxes larger by as much.
     pub gap: f64,
+    /// The most states without chance that `Envelopes` tell apart. If there are more, they know the
+    /// parameter with the most values by intervals alone.
+    ///
+    /// By default 50,000, which is some twenty megabytes and a tenth of a second.
+    pub keys: usize,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { steps: 200_000_000, held: 5_000_000, states: 4_000_000, expansions: 10_000, gap: 1e-12 }
+        Self {
+            steps: 200_000_000,
+            held: 5_000_000,
+            states: 4_000_000,
+            expansions: 10_000,
+            gap: 1e-12,
+            keys: 50_000,
+        }
     }
 }
 
@@ -66,6 +78,12 @@ impl Limits {
     #[must_use]
     pub fn with_gap(self, gap: f64) -> Self {
         Self { gap, ..self }
+    }
+
+    /// These limits with another number of [`keys`](Self::keys).
+    #[must_use]
+    pub fn with_keys(self, keys: usize) -> Self {
+        Self { keys, ..self }
     }
 
     /// These limits with another number of things [`held`](Self::held).
@@ -129,6 +147,8 @@ pub enum Round {
     /// In the long run the cycle alone shrinks by this factor each time round. But together with the other cycles about it,
     /// no norms were found in which all of them do.
     Unproven(f64),
+    /// Bounds of it, which take all transformations at their extremes, grow by this factor after many rounds.
+    Unbounded(f64),
 }
 
 impl fmt::Display for Round {
@@ -140,6 +160,11 @@ impl fmt::Display for Round {
             Self::Unproven(factor) => write!(
                 f,
                 "shrinks by a factor of {factor:.4} each time round, but cannot be shown to shrink on all ways"
+            ),
+            Self::Unbounded(factor) => write!(
+                f,
+                "is not known to shrink on the way: with all transformations at their extremes, what bounds it grows \
+                 by a factor of {factor:.4} each time round, or comes back as large"
             ),
         }
     }

@@ -9,7 +9,7 @@
 use std::ops::{Add, Div, Mul, Neg, RangeInclusive, Rem, Sub};
 
 use crate::vocabulary::vocabulary;
-use crate::{Env, ParamId, angle, random};
+use crate::{Env, Interval, ParamId, angle, random};
 
 /// An arithmetic expression over parameters.
 ///
@@ -115,7 +115,7 @@ vocabulary! {
 }
 
 /// The arguments of a [random function](Function::is_random) before those that are written: the seed and the site.
-const HIDDEN: usize = 2;
+pub(crate) const HIDDEN: usize = 2;
 
 impl Function {
     /// How many arguments it takes, at least and at most.
@@ -129,7 +129,15 @@ impl Function {
         matches!(self, Self::Rand | Self::Normal | Self::Pick)
     }
 
-    fn apply(self, args: &[f64]) -> f64 {
+    /// Whether its range depends on the argument of that index. What only feeds a hash gives any number of a range.
+    fn ranges_over(self, index: usize) -> bool {
+        match self {
+            Self::Hash | Self::Noise | Self::Derive => false,
+            _ => !self.is_random() || index >= HIDDEN,
+        }
+    }
+
+    pub(crate) fn apply(self, args: &[f64]) -> f64 {
         let a = args[0];
         match self {
             Self::If if a.is_nan() => a,
@@ -200,7 +208,7 @@ impl Binary {
     }
 
     #[expect(clippy::float_cmp, reason = "the language's == and != compare exactly")]
-    fn apply(self, a: f64, b: f64) -> f64 {
+    pub(crate) fn apply(self, a: f64, b: f64) -> f64 {
         match self {
             Self::And if a == 0.0 => return 0.0,
             Self::Or if a != 0.0 && !a.is_nan() => return 1.0,
@@ -351,12 +359,71 @@ impl Expr {
         stack[0]
     }
 
+    /// All numbers that it may give while each parameter is anywhere in its interval, which stands at the parameter's
+    /// index: [`evaluate`](Self::evaluate) gives one of these, or what is not a number.
+    ///
+    /// The range may be larger than it has to be: where a parameter is read twice, both are taken to vary on their own.
+    /// Where all intervals are points, so is the range, and is the value.
+    ///
+    /// # Panics
+    /// If it reads a parameter beyond the end of `values`.
+    pub fn range(&self, values: &[Interval]) -> Interval {
+        const DEEP: usize = 24;
+        let mut few = [Interval::EMPTY; DEEP];
+        let mut many = Vec::new();
+        // No stack is deeper than the program is long.
+        let stack = if self.program.len() <= DEEP {
+            &mut few[..]
+        } else {
+            many.resize(self.program.len(), Interval::EMPTY);
+            &mut many[..]
+        };
+        let mut top = 0;
+        for op in &self.program {
+            let from = top - op.arity();
+            let args = &stack[from..top];
+            stack[from] = match *op {
+                Op::Constant(value) => Interval::point(value),
+                Op::Param(param) => values[param.index()],
+                Op::Unary(operator) => operator.range(args[0]),
+                Op::Binary(operator) => operator.range(args[0], args[1]),
+                Op::Call(function, _) => function.range(args),
+            };
+            top = from + 1;
+        }
+        stack[0]
+    }
+
     /// The parameters that it reads, in the order of reading, with repetitions.
     pub fn params(&self) -> impl Iterator<Item = ParamId> + '_ {
         self.program.iter().filter_map(|op| match op {
             Op::Param(param) => Some(*param),
             _ => None,
         })
+    }
+
+    /// The parameters that its [range](Self::range) depends on, with repetitions: not those of which only the seed of a
+    /// random number is made, or what a hash or noise is of.
+    pub fn range_params(&self) -> Vec<ParamId> {
+        let mut params = Vec::new();
+        // Backwards, with whether the range depends on the values that are yet to be found, the next one last.
+        let mut wanted = vec![true];
+        for op in self.program.iter().rev() {
+            let matters = wanted.pop().unwrap_or(false);
+            match *op {
+                Op::Param(param) if matters => params.push(param),
+                Op::Call(function, count) => {
+                    wanted.extend((0..count as usize).map(|index| matters && function.ranges_over(index)));
+                }
+                _ => wanted.extend(std::iter::repeat_n(matters, op.arity())),
+            }
+        }
+        params
+    }
+
+    /// Whether it draws, hashes or makes noise, so that nothing but its range is foreseen.
+    pub fn is_erratic(&self) -> bool {
+        self.program.iter().any(|op| matches!(op, Op::Call(function, _) if !function.ranges_over(0)))
     }
 
     /// The expression as the language writes it, with only the parentheses that it needs. The seeds and sites of random

@@ -50,6 +50,8 @@
 //! C-node of [`GraphBuilder::reseed`] gives what is below it another one. So every occurrence of a symbol can be different,
 //! and equal states are equal solids all the same.
 //!
+//! What an expression may give while its parameters vary, and numbers are drawn, is its [range](Expr::range).
+//!
 //! # Frames
 //! A T-node maps from the frame below it into the frame above it; points are columns, and a chain of T-nodes
 //! T_k, …, T_1 from the root to a primitive maps a point p of the primitive's object frame C₀ to T_k(…(T_1(p))).
@@ -75,6 +77,7 @@ mod expr;
 mod graph;
 mod hull;
 mod id;
+mod interval;
 mod liveness;
 pub mod node;
 mod primitive;
@@ -93,6 +96,7 @@ pub use expr::{Binary, Expr, Function, Unary};
 pub use graph::Graph;
 pub use hull::{Face, HULL_POINTS, Hull, HullError};
 pub use id::{NodeId, ParamId};
+pub use interval::Interval;
 pub use node::{AttributeTerm, Node, Operator};
 pub use num_bigint::BigUint;
 pub use primitive::{Primitive, PrimitiveError, PrimitiveKind};

@@ -39,7 +39,8 @@ impl<S: Scene> BottomUp<S> {
         if enough < limits.expansions && !intersects {
             (search.limit, search.rough) = (enough, true);
         }
-        let components = states.cyclic.then(|| Components::new(&states));
+        let components =
+            states.cyclic.then(|| Components::new(states.terms.len(), |state| states.below(state)));
         let (boxes, images) = (vec![EMPTY; count], vec![Image::NONE; count]);
         let mut found = Self { states, boxes, images, solids, search, endless: None };
         let mut operands: Vec<Image> = Vec::new();

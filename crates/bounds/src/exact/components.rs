@@ -5,18 +5,16 @@
 //! of its left operand, so that a solid may lose smaller copies of itself without being a part of itself.
 
 use super::index;
-use super::states::States;
-use crate::Scene;
 
 /// The components, as lists of states.
-pub(super) struct Components {
+pub(crate) struct Components {
     states: Vec<u32>,
     ends: Vec<u32>,
 }
 
 impl Components {
-    pub(super) fn new<S: Scene>(states: &States<S>) -> Self {
-        let count = states.terms.len();
+    /// Of so many states, from those that each is made from.
+    pub(crate) fn new<'a>(count: usize, below: impl Fn(u32) -> &'a [u32]) -> Self {
         const NEW: u32 = u32::MAX;
         const DONE: u32 = u32::MAX - 1;
         // When each state was entered, and the first entered of those that it is known to lead to.
@@ -37,10 +35,10 @@ impl Components {
                 }
                 let Some((state, looked_at)) = path.last_mut() else { break };
                 let state = *state;
-                if let Some(below) = states.below(state).get(*looked_at) {
+                if let Some(next) = below(state).get(*looked_at) {
                     *looked_at += 1;
-                    match entered[*below as usize] {
-                        NEW => enter = Some(*below),
+                    match entered[*next as usize] {
+                        NEW => enter = Some(*next),
                         DONE => {}
                         time => lowest[state as usize] = lowest[state as usize].min(time),
                     }
@@ -66,7 +64,7 @@ impl Components {
     }
 
     /// Each component, its states in the order of their numbers.
-    pub(super) fn iter(&self) -> impl Iterator<Item = &[u32]> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &[u32]> {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         starts.zip(&self.ends).map(|(start, end)| &self.states[start as usize..*end as usize])
     }

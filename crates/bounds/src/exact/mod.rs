@@ -54,6 +54,8 @@ use glam::DVec3;
 
 use crate::{Aabb, BoundsError, HyperBoxes, Limits, Scene};
 use bottom_up::{BottomUp, Known};
+#[cfg(feature = "csg-graph")]
+pub(crate) use components::Components;
 use query::Search;
 pub(crate) use states::{States, Term};
 
