@@ -342,21 +342,13 @@ impl Expr {
         if let [Op::Constant(value)] = self.program[..] {
             return value;
         }
-        let mut stack: Vec<f64> = Vec::with_capacity(8);
-        for op in &self.program {
-            let arity = op.arity();
-            let args = &stack[stack.len() - arity..];
-            let value = match *op {
-                Op::Constant(value) => value,
-                Op::Param(param) => env.values()[param.index()],
-                Op::Unary(operator) => operator.apply(args[0]),
-                Op::Binary(operator) => operator.apply(args[0], args[1]),
-                Op::Call(function, _) => function.apply(args),
-            };
-            stack.truncate(stack.len() - arity);
-            stack.push(value);
-        }
-        stack[0]
+        self.fold(0.0, |op, args| match op {
+            Op::Constant(value) => value,
+            Op::Param(param) => env.values()[param.index()],
+            Op::Unary(operator) => operator.apply(args[0]),
+            Op::Binary(operator) => operator.apply(args[0], args[1]),
+            Op::Call(function, _) => function.apply(args),
+        })
     }
 
     /// All numbers that it may give while each parameter is anywhere in its interval, which stands at the parameter's
@@ -368,27 +360,31 @@ impl Expr {
     /// # Panics
     /// If it reads a parameter beyond the end of `values`.
     pub fn range(&self, values: &[Interval]) -> Interval {
-        const DEEP: usize = 24;
-        let mut few = [Interval::EMPTY; DEEP];
+        self.fold(Interval::EMPTY, |op, args| match op {
+            Op::Constant(value) => Interval::point(value),
+            Op::Param(param) => values[param.index()],
+            Op::Unary(operator) => operator.range(args[0]),
+            Op::Binary(operator) => operator.range(args[0], args[1]),
+            Op::Call(function, _) => function.range(args),
+        })
+    }
+
+    /// Runs the program on a stack, given what each step makes of its arguments. Allocates nothing for short ones.
+    fn fold<T: Copy>(&self, blank: T, step: impl Fn(Op, &[T]) -> T) -> T {
+        const SHORT: usize = 24;
+        let mut few = [blank; SHORT];
         let mut many = Vec::new();
         // No stack is deeper than the program is long.
-        let stack = if self.program.len() <= DEEP {
+        let stack = if self.program.len() <= SHORT {
             &mut few[..]
         } else {
-            many.resize(self.program.len(), Interval::EMPTY);
+            many.resize(self.program.len(), blank);
             &mut many[..]
         };
         let mut top = 0;
         for op in &self.program {
             let from = top - op.arity();
-            let args = &stack[from..top];
-            stack[from] = match *op {
-                Op::Constant(value) => Interval::point(value),
-                Op::Param(param) => values[param.index()],
-                Op::Unary(operator) => operator.range(args[0]),
-                Op::Binary(operator) => operator.range(args[0], args[1]),
-                Op::Call(function, _) => function.range(args),
-            };
+            stack[from] = step(*op, &stack[from..top]);
             top = from + 1;
         }
         stack[0]
