@@ -154,6 +154,28 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 100, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_closer_look_sees_all_of_the_solid(recipe in union_recipes(), spread in 0.0..0.9_f64, seed in 0..1000_u32) {
+        let graph = by_chance(&recipe, spread, seed);
+        let (root, envelopes) = (graph.root_state(), envelopes(&graph));
+        let least = exact(&graph, &Limits::default()).unwrap().root;
+        let size = least.min.abs().max(least.max.abs()).max_element();
+        let mut outer = envelopes.of(&root).unwrap().aabb();
+        for steps in [0, 10, 100_000] {
+            let closer = envelopes.refined_box(&root, steps).unwrap();
+            let grown = Aabb::new(closer.min - 1e-9 * size, closer.max + 1e-9 * size);
+            prop_assert!(outer.encloses(closer) && grown.encloses(least), "{outer:?} {closer:?} {least:?}");
+            outer = closer;
+        }
+        // Nothing is left to look at.
+        let off = (outer.min - least.min).abs().max((outer.max - least.max).abs()).max_element();
+        prop_assert!(off <= 1e-9 * size, "{outer:?} {least:?}");
+    }
+}
+
 /// All states that a few steps from the root lead to.
 fn states(graph: &Graph, count: usize) -> Vec<State> {
     let mut states = vec![graph.root_state()];

@@ -17,6 +17,8 @@
 //! - [`body`]: what it is, slabs within a ball; supports in any direction are hardly larger than those of the solid.
 //! - [`transform`]: images under chains of transformations with intervals for arguments.
 //! - [`primitive`]: primitives with intervals for measures.
+//!
+//! [`refine`] looks closer at one state, where that matters.
 
 mod assemble;
 mod body;
@@ -26,6 +28,7 @@ mod general;
 mod keys;
 mod primitive;
 mod question;
+mod refine;
 mod transform;
 
 use std::sync::Arc;
