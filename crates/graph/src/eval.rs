@@ -22,6 +22,11 @@ impl State {
         self.node
     }
 
+    /// The memory that it takes, in bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self) + size_of_val(self.env.values())
+    }
+
     /// The values of the parameters; those that are dead are unset.
     pub fn env(&self) -> &Env {
         &self.env

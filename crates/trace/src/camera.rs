@@ -151,6 +151,12 @@ pub struct Lens {
 }
 
 impl Lens {
+    /// How large a pixel is at t = 1: the longer side.
+    pub fn spread(&self) -> f64 {
+        let [width, height] = self.pixel;
+        (self.right.length() * width).max(self.up.length() * height)
+    }
+
     /// The ray through a point of the picture, in pixels from the upper left corner: (0.5, 0.5) is the centre of the first
     /// pixel. At t = 1 it is in the picture plane, at distance 1 from the eye, so that t is the depth.
     #[inline]

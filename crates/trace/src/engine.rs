@@ -5,7 +5,7 @@ use csg_graph_bounds::HyperBoxes;
 use rustc_hash::FxHashMap;
 
 use crate::fast::{self, Accelerated};
-use crate::{Counters, Grid, GridTracer, Hit, Ray, Walk};
+use crate::{Counters, Footprint, Grid, GridTracer, Hit, Ray, Walk};
 
 /// What finds hits for a picture.
 #[derive(Clone, Copy, Debug)]
@@ -75,6 +75,13 @@ impl<'a> Engine<'a> {
 }
 
 impl Tracer<'_> {
+    /// Says how large a pixel is along the next rays.
+    pub(crate) fn set_footprint(&mut self, pixel: Footprint) {
+        if let Self::Fast(tracer) = self {
+            tracer.set_footprint(pixel);
+        }
+    }
+
     /// The first hits of some rays, no more than the engine takes together.
     pub(crate) fn nearest(&mut self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) -> Result<(), EvalError> {
         hits.clear();
@@ -87,6 +94,7 @@ impl Tracer<'_> {
             Self::Fast(tracer) => {
                 hits.resize(rays.len(), None);
                 tracer.nearest_of(rays, hits);
+                tracer.take_fault().map_or(Ok(()), Err)?;
             }
             Self::Grid(tracer) => hits.extend(rays.iter().map(|ray| tracer.nearest(ray))),
         }
@@ -104,6 +112,7 @@ impl Tracer<'_> {
             }
             Self::Fast(tracer) => {
                 let reach = tracer.reach_of(rays);
+                tracer.take_fault().map_or(Ok(()), Err)?;
                 count += reach[..rays.len()].iter().filter(|t| t.is_finite()).count() as u64;
             }
             Self::Grid(tracer) => {
@@ -117,7 +126,10 @@ impl Tracer<'_> {
     pub(crate) fn occluded(&mut self, rays: &[Ray], ends: &[f64]) -> Result<u32, EvalError> {
         match self {
             Self::Reference(walk) => set_of(rays, ends, |ray, end| walk.occluded(ray, end)),
-            Self::Fast(tracer) => Ok(tracer.occluded_of(rays, ends)),
+            Self::Fast(tracer) => {
+                let set = tracer.occluded_of(rays, ends);
+                tracer.take_fault().map_or(Ok(set), Err)
+            }
             Self::Grid(tracer) => set_of(rays, ends, |ray, end| Ok(tracer.occluded(ray, end))),
         }
     }

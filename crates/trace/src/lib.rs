@@ -60,6 +60,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! Where there are more states than memory, or recursion never ends, [`Accelerated::on_demand`] compiles what rays come to,
+//! when they come to it; and [`Accelerated::with_detail`] does not look into what is too small to be seen.
+//!
 //! # Light
 //!
 //! The [`Integrator`] of the [`Settings`] makes light of hits: direct light with mirror images and refraction \[WHIT80\],
@@ -114,7 +117,7 @@ pub use camera::{Camera, CameraError, Lens};
 pub use checkpoint::LoadError;
 pub use counters::Counters;
 pub use engine::Engine;
-pub use fast::{Accelerated, PACKET, Tracer};
+pub use fast::{Accelerated, Footprint, PACKET, StateBounds, Tracer};
 pub use film::Film;
 pub use grid::{Grid, GridTracer};
 pub use integrate::Integrator;

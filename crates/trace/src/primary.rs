@@ -7,7 +7,7 @@ use crate::camera::Lens;
 use crate::engine::Tracer;
 use crate::render::check_size;
 use crate::tiles::{Tile, Tiles};
-use crate::{Counters, Hit, Ray, RenderError, World};
+use crate::{Counters, Footprint, Hit, Ray, RenderError, World};
 
 /// What the primary rays of a picture cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -144,6 +144,7 @@ impl Probing<'_> {
     }
 
     fn aim(&mut self, pixels: impl IntoIterator<Item = (u32, u32)>) {
+        self.tracer.set_footprint(Footprint { width: 0.0, spread: self.lens.spread() });
         let ray = |(x, y): (u32, u32)| self.lens.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
         self.rays.clear();
         self.rays.extend(pixels.into_iter().map(ray));

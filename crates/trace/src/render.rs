@@ -11,7 +11,9 @@ use crate::integrate::Illumination;
 use crate::latent::{Exposed, SQUARE};
 use crate::tiles::Tile;
 use crate::view::Exposure;
-use crate::{Camera, Counters, Film, Hit, Integrator, LatentImage, Light, Ray, Sky, View, sampling};
+use crate::{
+    Camera, Counters, Film, Footprint, Hit, Integrator, LatentImage, Light, Ray, Sky, View, sampling,
+};
 
 /// The most pixels that a picture may have: 8192 by 8192. A pixel takes 36 bytes while the picture is made and developed,
 /// or more: see [`LatentImage`].
@@ -245,7 +247,12 @@ impl<'a> Painter<'a> {
             rays.extend(
                 pixels.iter().map(|(x, y)| self.lens.ray(f64::from(*x) + offset.x, f64::from(*y) + offset.y)),
             );
+            let footprint = Footprint { width: 0.0, spread: self.lens.spread() };
+            tracer.set_footprint(footprint);
             tracer.nearest(rays, hits)?;
+            // What leaves surfaces from here on sees as much as the closest of these rays.
+            let nearest = hits.iter().flatten().map(|hit| hit.t).fold(f64::INFINITY, f64::min);
+            tracer.set_footprint(footprint.onward(nearest));
             let missed = tracer.missed_depth();
             if matches!(view, View::Shaded | View::Plate | View::Cost) {
                 illumination.colours(tracer, pixels, number, rays, hits, colours)?;

@@ -6,8 +6,8 @@ mod agreement;
 mod common;
 
 use csg_graph::{Expr, Graph, GraphBuilder, NodeId, Operator, PrimitiveKind, TransformKind};
-use csg_graph_bounds::{Limits, exact};
-use csg_graph_trace::{Accelerated, PACKET, Ray, Walk, brute};
+use csg_graph_bounds::{Envelopes, Limits, exact};
+use csg_graph_trace::{Accelerated, PACKET, Ray, StateBounds, Walk, brute};
 use glam::DVec3;
 use proptest::prelude::*;
 
@@ -27,25 +27,37 @@ proptest! {
         let hyper_boxes = exact(&graph, &Limits::default()).unwrap().into_hyper_boxes();
         prop_assume!(!hyper_boxes.root.is_empty());
         let scene = Accelerated::new(&graph, &boxes, budget).unwrap();
+        let bounds = if budget == 0 {
+            StateBounds::Exact(Box::new(exact(&graph, &Limits::default()).unwrap()))
+        } else {
+            StateBounds::Envelopes(Box::new(Envelopes::new(graph.clone(), &Limits::default())))
+        };
+        let on_demand = Accelerated::on_demand(graph.clone(), bounds, budget).unwrap();
         let mut walk = Walk::new(&graph, Some(&hyper_boxes));
         let mut fast = scene.tracer();
+        let mut lazy = on_demand.tracer();
         let rays: Vec<Ray> =
             places.into_iter().map(|(place, from)| common::ray_into(&hyper_boxes.root, place, from)).collect();
         let mut hits = vec![None; PACKET];
         fast.nearest_of(&rays, &mut hits);
+        let mut found = vec![None; PACKET];
+        lazy.nearest_of(&rays, &mut found);
         let ends: Vec<f64> = (0..PACKET).map(|lane| 0.2 * lane as f64).collect();
         let shadowed = fast.occluded_of(&rays, &ends);
         for (lane, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
             prop_assert_eq!(&fast.nearest(ray), hit, "alone and in a packet");
+            prop_assert_eq!(&lazy.nearest(ray), &found[lane], "alone and in a packet, on demand");
             if brute::line(&tree, ray).clearance < CLEARANCE {
                 continue;
             }
             let expected = walk.nearest(ray).unwrap();
             prop_assert!(agree(expected.as_ref(), hit.as_ref()), "{ray:?}\n{expected:?}\n{hit:?}");
+            prop_assert!(agree(expected.as_ref(), found[lane].as_ref()), "on demand");
             let is_shadowed = walk.occluded(ray, ends[lane]).unwrap();
             if expected.is_none_or(|hit| (hit.t - ends[lane]).abs() > 1e-9) {
                 prop_assert_eq!(shadowed >> lane & 1 == 1, is_shadowed, "{:?} before {}", ray, ends[lane]);
                 prop_assert_eq!(fast.occluded(ray, ends[lane]), is_shadowed);
+                prop_assert_eq!(lazy.occluded(ray, ends[lane]), is_shadowed);
             }
         }
     }

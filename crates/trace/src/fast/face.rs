@@ -10,7 +10,8 @@
 use csg_graph::Operator;
 use fearless_simd::Simd;
 
-use super::compile::{Compiled, Content, Solid};
+use super::blocks::Held;
+use super::compile::{Content, Solid};
 use super::hits::{Hits, Place};
 use super::lanes::transform;
 use super::point::{Mark, Part, Points};
@@ -34,7 +35,7 @@ struct Crossing {
 pub(super) struct Faces {
     calls: Vec<Call>,
     points: Points,
-    items: Vec<u32>,
+    items: Vec<(u32, u32)>,
 }
 
 /// An operand that has not answered yet.
@@ -108,7 +109,7 @@ impl Faces {
     pub(super) fn find<S: Simd>(
         &mut self,
         simd: S,
-        compiled: &Compiled,
+        held: &Held<'_>,
         hits: &mut Hits,
         place: Place,
         world_ray: &Ray,
@@ -119,11 +120,12 @@ impl Faces {
             || {
                 let mut ray = *world_ray;
                 hits.items(place, &mut self.items);
-                for item in &self.items {
-                    ray = transform(&ray, &compiled.items[*item as usize].item_from_super);
+                for (block, item) in &self.items {
+                    ray = transform(&ray, &held.item(*block, *item).item_from_super);
                 }
-                let Content::Solid(solid) = compiled.items[place.item as usize].content else { return None };
-                let crossing = self.run(simd, compiled, hits, place, solid, &ray, t);
+                let item = held.item(hits.block(place.way), place.item);
+                let Content::Solid(solid) = item.content else { return None };
+                let crossing = self.run(simd, held, hits, place, solid, &ray, t);
                 crossing.face.map(|face| Place { turned: face.turned != crossing.before, ..face })
             },
         )
@@ -134,7 +136,7 @@ impl Faces {
     fn run<S: Simd>(
         &mut self,
         simd: S,
-        compiled: &Compiled,
+        held: &Held<'_>,
         hits: &mut Hits,
         place: Place,
         solid: u32,
@@ -143,8 +145,8 @@ impl Faces {
     ) -> Crossing {
         self.calls.clear();
         self.points.clear();
-        let (left, way) = self.begin(compiled, hits, place, solid, ray);
-        let mut answer = self.ask(compiled, hits, left, *ray, way, t);
+        let (left, way) = self.begin(held, hits, place, solid, ray);
+        let mut answer = self.ask(held, hits, left, *ray, way, t);
         loop {
             answer = match (self.calls.pop(), answer) {
                 (None, Some(crossing)) => return crossing,
@@ -153,14 +155,14 @@ impl Faces {
                     None => {
                         let Operation { right, ray, way, .. } = operation;
                         self.calls.push(Call::Operation(Operation { left: Some(crossing), ..operation }));
-                        self.ask(compiled, hits, right, ray, way, t)
+                        self.ask(held, hits, right, ray, way, t)
                     }
                 },
                 (Some(Call::Union(mut union)), answer) => {
                     if let Some(part) = answer {
                         union.take(part, hits);
                     }
-                    self.search(simd, compiled, hits, union, t)
+                    self.search(simd, held, hits, union, t)
                 }
                 (_, None) => unreachable!("only unions wait before they have asked"),
             }
@@ -169,16 +171,11 @@ impl Faces {
 
     /// Puts an operator on the stack, which waits for its left operand, and says what that is and the way to it.
     #[inline(always)]
-    fn begin(
-        &mut self,
-        compiled: &Compiled,
-        hits: &mut Hits,
-        place: Place,
-        solid: u32,
-        ray: &Ray,
-    ) -> (u32, u32) {
-        let Solid { operator, operands: [left, right] } = compiled.solids[solid as usize];
-        let way = hits.enter(place);
+    fn begin(&mut self, held: &Held<'_>, hits: &mut Hits, place: Place, solid: u32, ray: &Ray) -> (u32, u32) {
+        let block = hits.block(place.way);
+        let from = held.block(block);
+        let Solid { operator, operands: [left, right] } = from.solids[solid as usize];
+        let way = hits.enter(place, &from.items[place.item as usize], block);
         self.calls.push(Call::Operation(Operation { operator, right, ray: *ray, way, left: None }));
         (left, way)
     }
@@ -187,7 +184,7 @@ impl Faces {
     #[inline(always)]
     fn ask(
         &mut self,
-        compiled: &Compiled,
+        held: &Held<'_>,
         hits: &mut Hits,
         mut operand: u32,
         mut ray: Ray,
@@ -195,30 +192,41 @@ impl Faces {
         t: f64,
     ) -> Option<Crossing> {
         loop {
-            let Some(root) = compiled.supers[operand as usize].root else { return Some(Crossing::OUTSIDE) };
+            let number = hits.block(way);
+            let block = held.block(number);
+            let ball = &block.supers[operand as usize];
+            let Some(root) = ball.root else { return Some(Crossing::OUTSIDE) };
             if let Ok(at) = root.get() {
                 let place = Place::new(way, at);
-                let item = &compiled.items[at];
+                let item = &block.items[at];
                 match item.content {
                     Content::Shape(shape) => {
                         let ray = transform(&ray, &item.item_from_super);
-                        let extents = shapes::extents(&compiled.shapes[shape as usize], &ray);
+                        let extents = shapes::extents(&block.shapes[shape as usize], &ray);
                         return Some(Crossing::new(&extents, t, place));
                     }
                     Content::Solid(solid) => {
                         ray = transform(&ray, &item.item_from_super);
-                        (operand, way) = self.begin(compiled, hits, place, solid, &ray);
+                        (operand, way) = self.begin(held, hits, place, solid, &ray);
                         continue;
                     }
-                    Content::Super(_) => {}
+                    Content::Super(_) | Content::Gate(_) => {}
                 }
             }
             let mark = self.points.mark();
-            self.points.enter(compiled, operand, ray, way);
+            self.points.enter(ball, number, ray, way);
             let union = Union { before: false, behind: false, faces: [None; 2], mark };
             self.calls.push(Call::Union(union));
             return None;
         }
+    }
+
+    /// Whether what is asked is cut out of the result.
+    fn is_cut(&self) -> bool {
+        let cuts = |call: &&Call| {
+            matches!(call, Call::Operation(Operation { operator: Operator::Difference, left: Some(_), .. }))
+        };
+        self.calls.iter().filter(cuts).count() % 2 == 1
     }
 
     /// Goes through the parts of a union that hold the point at t, until it has an answer or a part has to be asked that
@@ -227,26 +235,31 @@ impl Faces {
     fn search<S: Simd>(
         &mut self,
         simd: S,
-        compiled: &Compiled,
+        held: &Held<'_>,
         hits: &mut Hits,
         mut union: Union,
         t: f64,
     ) -> Option<Crossing> {
-        loop {
-            let ways = |place| hits.enter(place);
-            let Some(part) = self.points.next(simd, compiled, union.mark, t, &mut 0, ways) else { break };
-            let Part { place, ray } = part;
-            match compiled.items[place.item as usize].content {
+        while let Some(Part { place, ray }) = self.points.next(simd, held, hits, union.mark, t) {
+            let block = held.block(hits.block(place.way));
+            if place.is_small {
+                let detail = hits.detail.as_ref().filter(|_| !self.is_cut());
+                if let Some(extents) = detail.map(|detail| detail.extents(block, place, &ray)) {
+                    union.take(Crossing::new(&extents, t, place), hits);
+                }
+                continue;
+            }
+            match block.items[place.item as usize].content {
                 Content::Shape(shape) => {
-                    let extents = shapes::extents(&compiled.shapes[shape as usize], &ray);
+                    let extents = shapes::extents(&block.shapes[shape as usize], &ray);
                     union.take(Crossing::new(&extents, t, place), hits);
                 }
                 Content::Solid(solid) => {
                     self.calls.push(Call::Union(union));
-                    let (left, way) = self.begin(compiled, hits, place, solid, &ray);
-                    return self.ask(compiled, hits, left, ray, way, t);
+                    let (left, way) = self.begin(held, hits, place, solid, &ray);
+                    return self.ask(held, hits, left, ray, way, t);
                 }
-                Content::Super(_) => unreachable!("super-nodes are entered"),
+                Content::Super(_) | Content::Gate(_) => unreachable!("super-nodes are entered"),
             }
         }
         self.points.rewind(union.mark);

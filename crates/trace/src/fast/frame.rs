@@ -11,7 +11,7 @@
 //! is added to each box as [`DRIFT`] times that distance. Rays that miss the ball are turned away.
 
 use super::compile::SuperNode;
-use super::hits::START;
+use super::hits::{ROOT, START};
 use super::lanes::{HALF, LANES, Lanes, Mask, Rays};
 use super::shapes::bits;
 use crate::Ray;
@@ -47,6 +47,8 @@ pub(super) struct Narrow {
     pub(super) line: Line,
     /// The s of t = 0.
     pub(super) start: f32,
+    /// The block of the super-node.
+    pub(super) block: u32,
     pub(super) way: u32,
 }
 
@@ -67,6 +69,8 @@ pub(super) struct NarrowRays {
     pub(super) end: Floats,
     /// How often that has changed when `end` was computed.
     pub(super) changes: u32,
+    /// The block of the super-node.
+    pub(super) block: u32,
     pub(super) way: u32,
 }
 
@@ -116,12 +120,13 @@ impl Narrow {
         by_rate: 1.0,
         line: Line { inverse: Vec3A::ZERO, near_offset: Vec3A::ZERO, far_offset: Vec3A::ZERO },
         start: 0.0,
+        block: ROOT,
         way: START,
     };
 
-    /// The ray in the frame of a super-node, unless it misses its ball.
+    /// The ray in the frame of a super-node of a block, unless it misses its ball.
     #[inline(always)]
-    pub(super) fn new(ray: Ray, ball: &SuperNode, way: u32) -> Option<Self> {
+    pub(super) fn new(ray: Ray, ball: &SuperNode, block: u32, way: u32) -> Option<Self> {
         let from_center = ray.origin - ball.center;
         let by_squared_length = 1.0 / ray.direction.length_squared();
         let base = -from_center.dot(ray.direction) * by_squared_length;
@@ -136,13 +141,13 @@ impl Narrow {
         let direction = (ray.direction * (rate * ball.to_unit)).as_vec3a();
         let line = Line::new(origin, direction, Vec3A::splat(narrow(drift * ball.to_unit)));
         let start = narrow(-base * by_rate);
-        Some(Self { ray, base, rate, by_rate, line, start: start - start.abs() * FUDGE, way })
+        Some(Self { ray, base, rate, by_rate, line, start: start - start.abs() * FUDGE, block, way })
     }
 
     /// The ray for a super-node of one item, which has no boxes to test.
     #[inline(always)]
-    pub(super) fn alone(ray: Ray, way: u32) -> Self {
-        Self { ray, way, ..Self::EMPTY }
+    pub(super) fn alone(ray: Ray, block: u32, way: u32) -> Self {
+        Self { ray, block, way, ..Self::EMPTY }
     }
 
     /// The s of a t, not before it.
@@ -185,7 +190,8 @@ impl NarrowRays {
         tube: None,
         end: Floats::ZERO,
         changes: 0,
-        way: 0,
+        block: ROOT,
+        way: START,
     };
 
     /// Narrows the rays that are here, and says which of a set meet the ball.
@@ -269,6 +275,7 @@ impl NarrowRays {
                 far_offset: pick(&self.far_offset),
             },
             start: self.start.0[lane],
+            block: self.block,
             way: self.way,
         }
     }

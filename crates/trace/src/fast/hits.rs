@@ -6,11 +6,16 @@
 
 use glam::DVec3;
 
+use super::compile::Item;
+use super::detail::Detail;
 use super::lanes::{LANES, Lanes};
 use crate::Ray;
 
 /// Where a way begins: at the root.
 pub(super) const START: u32 = 0;
+
+/// The block of the root.
+pub(super) const ROOT: u32 = 0;
 
 /// The hits of a packet.
 #[derive(Debug)]
@@ -21,10 +26,22 @@ pub(super) struct Hits {
     found: [Option<Place>; LANES],
     /// Each ray as it was when it last hit something, and the way it was on.
     seen: [(u32, Ray); LANES],
-    /// Ways, each as the one that it goes on from and the item that it enters.
-    ways: Vec<(u32, u32)>,
+    ways: Vec<Way>,
+    /// How large things are along the ways, if that matters.
+    pub(super) detail: Option<Detail>,
     /// Counts all changes of t.
     pub(super) changes: u32,
+}
+
+/// What was entered, and from where.
+#[derive(Clone, Copy, Debug)]
+struct Way {
+    /// The way that it goes on from.
+    above: u32,
+    /// The item that it enters.
+    item: u32,
+    /// The block that it comes to.
+    block: u32,
 }
 
 /// An item of a super-node that was come to on some way.
@@ -34,15 +51,22 @@ pub(super) struct Place {
     pub(super) item: u32,
     /// Whether the solid is on the outer side of what is hit there: it is the face of something subtracted.
     pub(super) turned: bool,
+    /// Whether the item was too small to be looked into, so that its box is met.
+    pub(super) is_small: bool,
 }
 
 impl Place {
-    pub(super) const NONE: Self = Self { way: START, item: 0, turned: false };
+    pub(super) const NONE: Self = Self { way: START, item: 0, turned: false, is_small: false };
 
     #[inline(always)]
     pub(super) fn new(way: u32, item: usize) -> Self {
         let item = u32::try_from(item).expect("items are numbered in 31 bits");
-        Self { way, item, turned: false }
+        Self { way, item, turned: false, is_small: false }
+    }
+
+    /// The box of the item.
+    pub(super) fn as_box(self) -> Self {
+        Self { is_small: true, ..self }
     }
 }
 
@@ -50,7 +74,7 @@ impl Hits {
     pub(super) fn new() -> Self {
         let nowhere = Ray { origin: DVec3::ZERO, direction: DVec3::ZERO };
         let seen = [(START, nowhere); LANES];
-        Self { t: Lanes::ZERO, found: [None; LANES], seen, ways: Vec::new(), changes: 0 }
+        Self { t: Lanes::ZERO, found: [None; LANES], seen, ways: Vec::new(), detail: None, changes: 0 }
     }
 
     /// Starts over.
@@ -58,14 +82,20 @@ impl Hits {
         self.t = Lanes(ends);
         self.found = [None; LANES];
         self.ways.clear();
-        self.ways.push((START, 0));
+        self.ways.push(Way { above: START, item: 0, block: ROOT });
         self.changes = 0;
+        if let Some(detail) = &mut self.detail {
+            detail.clear();
+        }
     }
 
-    /// The way that enters an item.
+    /// The way that enters the item of a place and is in a block then.
     #[inline(always)]
-    pub(super) fn enter(&mut self, place: Place) -> u32 {
-        self.ways.push((place.way, place.item));
+    pub(super) fn enter(&mut self, place: Place, item: &Item, block: u32) -> u32 {
+        if let Some(detail) = &mut self.detail {
+            detail.enter(place.way, item);
+        }
+        self.ways.push(Way { above: place.way, item: place.item, block });
         u32::try_from(self.ways.len() - 1).expect("2³² super-nodes on the way of one packet outgrow memory")
     }
 
@@ -102,16 +132,24 @@ impl Hits {
         (*way == place.way).then_some(ray)
     }
 
-    /// The items that a place was come to by, its own first, the first one last.
+    /// The block that a way has come to.
     #[inline(always)]
-    pub(super) fn upwards(&self, place: Place) -> impl Iterator<Item = u32> {
-        let step = move |way: u32| (way != START).then(|| self.ways[way as usize]);
-        let above = std::iter::successors(step(place.way), move |(before, _)| step(*before));
-        std::iter::once(place.item).chain(above.map(|(_, item)| item))
+    pub(super) fn block(&self, way: u32) -> u32 {
+        self.ways[way as usize].block
+    }
+
+    /// The items that a place was come to by, with their blocks, its own first, the first one last.
+    #[inline(always)]
+    pub(super) fn upwards(&self, place: Place) -> impl Iterator<Item = (u32, u32)> {
+        let above = |(way, _): &(u32, u32)| {
+            (*way != START).then(|| self.ways[*way as usize]).map(|Way { above, item, .. }| (above, item))
+        };
+        let items = std::iter::successors(Some((place.way, place.item)), above);
+        items.map(|(way, item)| (self.block(way), item))
     }
 
     /// The same items, the first one first.
-    pub(super) fn items(&self, place: Place, items: &mut Vec<u32>) {
+    pub(super) fn items(&self, place: Place, items: &mut Vec<(u32, u32)>) {
         items.clear();
         items.extend(self.upwards(place));
         items.reverse();

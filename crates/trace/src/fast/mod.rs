@@ -4,29 +4,45 @@
 //! are rounded. Where the walk asks one node after the other, evaluating its expressions each time, this one has
 //! evaluated each state once, and goes down a few wide trees. It is in these parts:
 //!
-//! - [`compile`]: states to super-nodes and solids;
+//! - [`states`], [`lists`], [`compile`]: states to super-nodes and solids, with the boxes of [`bounds`];
+//! - [`blocks`]: all of the graph at once, or what rays come to;
 //! - [`tree`], [`frame`], [`point`]: their boxes in single precision, and what is tested against them;
 //! - [`packet`], [`single`]: the first hit of rays together and alone; [`lanes`] and [`shapes`] are their arithmetic;
 //! - [`solid`], [`face`]: the first boundary of the results of ∩ and \\, and whose face it is;
-//! - [`hits`]: what was hit, and the way to it.
+//! - [`hits`]: what was hit, and the way to it;
+//! - [`detail`], [`sample`]: what is too small to be looked into, and what is seen of it.
 
-pub(crate) mod compile;
+pub(crate) mod blocks;
+mod bounds;
+mod compile;
+mod detail;
 mod face;
 mod frame;
 mod hits;
 pub(crate) mod lanes;
+mod lists;
 mod packet;
 mod point;
+mod sample;
 mod shapes;
 mod single;
 mod solid;
+pub(crate) mod states;
 mod tree;
+
+use std::sync::Arc;
 
 use csg_graph::{EvalError, Graph};
 use csg_graph_bounds::ExactBoxes;
 use fearless_simd::{Level, Simd, dispatch};
+use glam::DVec3;
 
-use self::compile::{Compiled, Content};
+use self::blocks::{Blocks, Held, OnDemand};
+pub(crate) use self::bounds::Bounds;
+pub use self::bounds::StateBounds;
+use self::compile::{Compiled, Content, Item};
+use self::detail::Detail;
+pub use self::detail::Footprint;
 use self::face::Faces;
 use self::hits::{Hits, Place};
 use self::lanes::transform;
@@ -44,7 +60,9 @@ pub(crate) const SIDE: u32 = 4;
 /// A graph compiled for tracing.
 #[derive(Debug)]
 pub struct Accelerated {
-    compiled: Compiled,
+    blocks: Blocks,
+    /// The share of a pixel below which nothing is looked into.
+    detail: f64,
     level: Level,
 }
 
@@ -66,7 +84,7 @@ struct Work {
 
 /// A question about the rays of a packet, and where answers go.
 struct Inquiry<'t> {
-    compiled: &'t Compiled,
+    held: &'t Held<'t>,
     ask: Ask,
     hits: &'t mut Hits,
     solids: &'t mut Solids,
@@ -84,12 +102,29 @@ impl Inquiry<'_> {
         }
     }
 
+    /// Whether an item is too small for a ray in its super-node to look into.
+    #[inline(always)]
+    fn is_small(&self, block: &Compiled, place: Place, item: &Item, ray: impl FnOnce() -> Ray) -> bool {
+        self.hits.detail.as_ref().is_some_and(|detail| detail.is_small(block, place, item, &ray()))
+    }
+
+    /// Asks the box of an item about a ray in the super-node.
+    #[inline(never)]
+    fn ask_box(&mut self, block: &Compiled, lane: usize, place: Place, ray: &Ray) {
+        let Some(detail) = &self.hits.detail else { return };
+        let first = single::first(&detail.extents(block, place, ray));
+        if let Some(t) = first.filter(|t| !detail.leaves(place.way, ray, *t)) {
+            self.answer(lane, t, place.as_box(), || (place.way, *ray));
+        }
+    }
+
     /// Asks a solid, an item of a super-node, about a ray in the frame of that.
     #[inline(always)]
     fn ask_solid<S: Simd>(&mut self, simd: S, lane: usize, ray: &Ray, solid: u32, place: Place) {
         let end = self.hits.t.0[lane];
-        let inside = transform(ray, &self.compiled.items[place.item as usize].item_from_super);
-        let first = self.solids.first(simd, self.compiled, self.hits, (solid, place), &inside, end);
+        let item = self.held.item(self.hits.block(place.way), place.item);
+        let inside = transform(ray, &item.item_from_super);
+        let first = self.solids.first(simd, self.held, self.hits, (solid, place), &inside, end);
         if let Some((t, face)) = first {
             self.answer(lane, t, face, || (place.way, *ray));
         }
@@ -106,32 +141,60 @@ impl Accelerated {
     /// # Errors
     /// If an expression of the graph has no usable value.
     pub fn new(graph: &Graph, boxes: &ExactBoxes<Graph>, budget: usize) -> Result<Self, EvalError> {
-        let compiled = Compiled::new(graph, boxes, budget)?;
-        Ok(Self { compiled, level: Level::new() })
+        let whole = Compiled::whole(graph, Bounds::Exact(boxes), budget)?;
+        Ok(Self { blocks: Blocks::Whole(Arc::new(whole)), detail: 0.0, level: Level::new() })
+    }
+
+    /// Compiles what rays come to, when they come to it, and remembers as much of it as there is `memory` for, in bytes. The
+    /// hits are the same for any memory, and for any order of rays and number of threads; with less of it, more is
+    /// compiled again.
+    ///
+    /// # Errors
+    /// If an expression at the root of the graph has no usable value. Of others, [`Tracer::take_fault`] tells.
+    pub fn on_demand(graph: Graph, bounds: StateBounds, memory: usize) -> Result<Self, EvalError> {
+        let blocks = OnDemand::new(graph, bounds, memory)?;
+        Ok(Self { blocks: Blocks::OnDemand(Box::new(blocks)), detail: 0.0, level: Level::new() })
     }
 
     /// The same with all boxes open: each ray is tested against every primitive of the unfolded tree. It has the same hits,
     /// to the last bit; tests show by it that boxes change what a ray costs and nothing else.
-    pub fn without_boxes(mut self) -> Self {
-        for node in &mut self.compiled.nodes {
-            let [lower, upper] = [f32::NEG_INFINITY, f32::INFINITY].map(|plane| [plane; tree::WIDTH]);
-            node.planes = [lower, lower, lower, upper, upper, upper];
-        }
-        for ball in &mut self.compiled.supers {
-            ball.reach = f64::INFINITY;
-        }
-        self
+    ///
+    /// # Panics
+    /// If the graph is compiled on demand: every ray would come to all of it.
+    pub fn without_boxes(self) -> Self {
+        let Blocks::Whole(whole) = self.blocks else { panic!("without boxes nothing is on demand") };
+        let whole = Arc::into_inner(whole).expect("there is no tracer yet");
+        Self { blocks: Blocks::Whole(Arc::new(whole.without_boxes())), ..self }
     }
 
-    /// The memory of the acceleration structure, in bytes.
+    /// Looks into nothing that is smaller than so many pixels: its box stands for it. A silhouette is then off by no more
+    /// than that. 0 is to look into everything, which recursion that never ends does not allow. Takes 48 bytes for each
+    /// part.
+    pub fn with_detail(self, pixels: f64) -> Self {
+        let blocks = match self.blocks {
+            Blocks::Whole(whole) => {
+                let whole = Arc::into_inner(whole).expect("there is no tracer yet");
+                Blocks::Whole(Arc::new(whole.with_extents()))
+            }
+            on_demand => on_demand,
+        };
+        Self { blocks, detail: pixels, ..self }
+    }
+
+    /// The memory of the acceleration structure, in bytes: where it is made on demand, of what is remembered now.
     pub fn bytes(&self) -> usize {
-        self.compiled.bytes()
+        match &self.blocks {
+            Blocks::Whole(whole) => whole.bytes(),
+            Blocks::OnDemand(source) => source.bytes(),
+        }
     }
 
     /// A tracer; each thread has its own.
     pub fn tracer(&self) -> Tracer<'_> {
-        Tracer {
-            scene: self,
+        let mut tracer = Tracer {
+            level: self.level,
+            detail: self.detail,
+            held: Held::new(&self.blocks),
             packet: Packet::default(),
             single: Single::default(),
             hits: Hits::new(),
@@ -141,27 +204,49 @@ impl Accelerated {
             items: Vec::new(),
             paints: Vec::new(),
             last: None,
-        }
+        };
+        tracer.set_footprint(Footprint::LINE);
+        tracer
     }
 }
 
 /// Traces rays through a compiled graph.
 #[derive(Debug)]
 pub struct Tracer<'a> {
-    scene: &'a Accelerated,
+    level: Level,
+    detail: f64,
+    held: Held<'a>,
     packet: Packet,
     single: Single,
     hits: Hits,
     solids: Solids,
     faces: Faces,
     counters: Counters,
-    items: Vec<u32>,
-    paints: Vec<u32>,
+    /// Items on a way and the paints of items, with their blocks.
+    items: Vec<(u32, u32)>,
+    paints: Vec<(u32, u32)>,
     /// What was named last.
     last: Option<Place>,
 }
 
 impl Tracer<'_> {
+    /// Says how large a pixel is along the next rays. What is smaller than the share of it that the scene was given as
+    /// [detail](Accelerated::with_detail) is not looked into: its box is met, and shows a primitive of the part that is drawn
+    /// by chance. Below the right operand of \\ it is left out, so that nothing is cut off but what really is.
+    ///
+    /// A tracer begins with rays that are lines. Of what is compiled on demand, parts are not looked into that are smaller
+    /// than 10⁻¹² of the distance and of the whole.
+    pub fn set_footprint(&mut self, pixel: Footprint) {
+        let finest = self.held.finest();
+        // What no ray has met has no size.
+        let share = |size: f64| if self.detail > 0.0 { self.detail * size } else { 0.0 };
+        let small = Footprint {
+            width: share(pixel.width).max(finest.width),
+            spread: share(pixel.spread).max(finest.spread),
+        };
+        self.hits.detail = (small != Footprint::LINE).then(|| Detail::new(small));
+    }
+
     /// The first hit of a ray, as [`Walk::nearest`](crate::Walk::nearest).
     pub fn nearest(&mut self, ray: &Ray) -> Option<Hit> {
         self.counters.rays += 1;
@@ -210,12 +295,13 @@ impl Tracer<'_> {
     }
 
     fn trace_one(&mut self, ray: &Ray, end: f64, ask: Ask) {
-        let Self { scene, single, hits, solids, .. } = self;
+        let Self { level, held, single, hits, solids, .. } = self;
+        held.renew();
         hits.clear([end; PACKET]);
-        let Some(start) = Single::start(&scene.compiled, ray) else { return };
+        let Some(start) = Single::start(held, ray) else { return };
         let work = Work::default();
-        let mut inquiry = Inquiry { compiled: &scene.compiled, ask, hits, solids, work };
-        dispatch!(scene.level, simd => {
+        let mut inquiry = Inquiry { held, ask, hits, solids, work };
+        dispatch!(*level, simd => {
             single.trace(simd, &mut inquiry, 0, start);
         });
         let work = inquiry.work;
@@ -224,7 +310,8 @@ impl Tracer<'_> {
 
     fn trace_packet(&mut self, rays: &[Ray], end: impl Fn(usize) -> f64, ask: Ask) {
         assert!(rays.len() <= PACKET, "a packet has {PACKET} rays");
-        let Self { scene, packet, hits, solids, .. } = self;
+        let Self { level, held, packet, hits, solids, .. } = self;
+        held.renew();
         let Some(last) = rays.len().checked_sub(1) else { return hits.clear([0.0; PACKET]) };
         hits.clear(std::array::from_fn(|lane| end(lane.min(last))));
         for lane in 0..PACKET {
@@ -232,8 +319,8 @@ impl Tracer<'_> {
         }
         let lanes = u32::MAX >> (31 - last);
         let work = Work::default();
-        let mut inquiry = Inquiry { compiled: &scene.compiled, ask, hits, solids, work };
-        dispatch!(scene.level, simd => {
+        let mut inquiry = Inquiry { held, ask, hits, solids, work };
+        dispatch!(*level, simd => {
             packet.trace(simd, &mut inquiry, lanes);
         });
         let work = inquiry.work;
@@ -252,8 +339,12 @@ impl Tracer<'_> {
         let t = self.hits.t.0[lane];
         let place = self.hits.found(lane).map(|place| self.face(place, world_ray, t))?;
         self.last = Some(place);
-        let compiled = &self.scene.compiled;
-        let item = &compiled.items[place.item as usize];
+        if place.is_small {
+            return Some(self.small_hit(lane, place, world_ray, t));
+        }
+        let number = self.hits.block(place.way);
+        let item = self.held.item(number, place.item);
+        let node = item.node;
         let Content::Shape(shape) = item.content else {
             unreachable!("what is hit is a face of a primitive")
         };
@@ -262,49 +353,82 @@ impl Tracer<'_> {
             None => self.descend(place, world_ray),
         };
         // By the same arithmetic as before.
-        let end = crate::shapes::boundary(&compiled.shapes[shape as usize], &ray, t)?;
-        let mut normal = if place.turned { -end.normal } else { end.normal };
+        let shape = &self.held.block(number).shapes[shape as usize];
+        let end = crate::shapes::boundary(shape, &ray, t)?;
+        let normal = if place.turned { -end.normal } else { end.normal };
+        let (normal, surface, depth) = self.outwards(place, normal);
+        let normal = walk::unit(normal).unwrap_or(-world_ray.direction);
+        Some(Hit { t, point: world_ray.at(t), normal, surface, node, depth })
+    }
+
+    /// What a normal in the frame of an item is in the world, with what paints the item and its depth.
+    #[inline(always)]
+    fn outwards(&mut self, place: Place, mut normal: DVec3) -> (DVec3, Surface, u32) {
         let mut depth = 0;
         self.paints.clear();
-        for item in self.hits.upwards(place) {
-            let item = &compiled.items[item as usize];
+        for (block, item) in self.hits.upwards(place) {
+            let item = self.held.item(block, item);
             normal = item.item_from_super.matrix3.transpose() * normal;
             depth += item.depth;
-            self.paints.extend(item.paint);
+            self.paints.extend(item.paint.map(|paint| (block, paint)));
         }
         let mut surface = Surface::default();
-        for paint in self.paints.iter().rev() {
-            let terms = &compiled.paints[*paint as usize];
+        for (block, paint) in self.paints.iter().rev() {
+            let terms = &self.held.block(*block).paints[*paint as usize];
             terms.iter().for_each(|(term, value)| surface.set(*term, *value));
         }
+        (normal, surface, depth)
+    }
+
+    /// What is seen of a part whose box a lane has hit.
+    #[inline(never)]
+    fn small_hit(&mut self, lane: usize, place: Place, world_ray: &Ray, t: f64) -> Hit {
+        let number = self.hits.block(place.way);
+        let sample = self.held.sample(number, place.item);
+        let item_ray = match self.hits.ray_at(lane, place) {
+            Some(super_ray) => transform(super_ray, &self.held.item(number, place.item).item_from_super),
+            None => self.descend(place, world_ray),
+        };
+        let normal = sample.normal(&item_ray).unwrap_or(-item_ray.direction);
+        let (normal, mut surface, depth) = self.outwards(place, normal);
+        sample.paint.iter().for_each(|(term, value)| surface.set(*term, *value));
         let normal = walk::unit(normal).unwrap_or(-world_ray.direction);
-        Some(Hit { t, point: world_ray.at(t), normal, surface, node: item.node, depth })
+        Hit { t, point: world_ray.at(t), normal, surface, node: sample.node, depth: depth + sample.depth }
     }
 
     /// The face of the solid at a place that a ray of the world meets at t; of anything else, itself.
     #[inline(always)]
     fn face(&mut self, place: Place, world_ray: &Ray, t: f64) -> Place {
-        let Self { scene, hits, faces, .. } = self;
-        let compiled = &scene.compiled;
-        let Content::Solid(_) = compiled.items[place.item as usize].content else { return place };
-        let face = dispatch!(scene.level, simd => faces.find(simd, compiled, hits, place, world_ray, t));
+        let Self { level, held, hits, faces, .. } = self;
+        let item = held.item(hits.block(place.way), place.item);
+        let Content::Solid(_) = item.content else { return place };
+        if place.is_small {
+            return place;
+        }
+        let face = dispatch!(*level, simd => faces.find(simd, held, hits, place, world_ray, t));
         face.expect("a solid has a face where a ray meets it")
     }
 
     /// A ray of the world in the frame of an item.
     fn descend(&mut self, place: Place, world_ray: &Ray) -> Ray {
-        let Self { scene, hits, items, .. } = self;
+        let Self { held, hits, items, .. } = self;
         hits.items(place, items);
         let into =
-            |ray: Ray, item: &u32| transform(&ray, &scene.compiled.items[*item as usize].item_from_super);
+            |ray, (block, item): &(u32, u32)| transform(&ray, &held.item(*block, *item).item_from_super);
         items.iter().fold(*world_ray, into)
     }
 
     /// The state of the last S-node on the way to what was hit last, by its place among all states.
     pub(crate) fn last_symbol(&self) -> Option<u32> {
-        let symbols = &self.scene.compiled.symbols;
         let place = self.last?;
-        self.hits.upwards(place).find_map(|item| symbols[item as usize])
+        let symbol = |(block, item)| *self.held.block(block).symbols.get(item as usize)?;
+        self.hits.upwards(place).find_map(symbol)
+    }
+
+    /// What was wrong with a state that a ray came to since this was asked last. Hits since then may be wrong. Where a graph
+    /// is not compiled on demand, nothing can be.
+    pub fn take_fault(&mut self) -> Option<EvalError> {
+        self.held.take_fault()
     }
 
     /// What was counted since the tracer was made or its counters were taken.

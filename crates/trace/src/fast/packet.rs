@@ -15,7 +15,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x
 use super::Inquiry;
 use super::compile::{Content, Item, SuperNode};
 use super::frame::{Floats, Line, NarrowRays, float_bits, load};
-use super::hits::{Hits, Place, START};
+use super::hits::{Hits, Place, ROOT, START};
 use super::lanes::{HALF, LANES, Lanes, Mask, Rays, transform};
 use super::shapes::{self, bits};
 use super::single::{self, Single};
@@ -55,10 +55,9 @@ impl Packet {
     /// Follows the rays of the set from the root.
     #[inline(always)]
     pub(super) fn trace<S: Simd>(&mut self, simd: S, inquiry: &mut Inquiry<'_>, lanes: Mask) {
-        let compiled = inquiry.compiled;
         self.stack.clear();
-        self.levels[0].way = START;
-        self.enter(simd, &compiled.supers[0], 0, lanes, inquiry.hits);
+        (self.levels[0].block, self.levels[0].way) = (ROOT, START);
+        self.enter(simd, &inquiry.held.block(ROOT).supers[0], 0, lanes, inquiry.hits);
         while let Some(open) = self.stack.pop() {
             let level = open.level;
             let rays = &mut self.levels[level as usize];
@@ -79,22 +78,31 @@ impl Packet {
                 }
                 continue;
             }
+            let block = inquiry.held.block(rays.block);
             let at = match open.child.get() {
                 Err(node) => {
-                    let node = &compiled.nodes[node];
+                    let node = &block.nodes[node];
                     inquiry.work.boxes += u64::from(node.count * lanes.count_ones());
                     push(simd, &mut self.stack, node, rays, &open);
                     continue;
                 }
                 Ok(at) => at,
             };
-            let item = &compiled.items[at];
+            let item = &block.items[at];
             let place = Place::new(rays.way, at);
+            let lead = lanes.trailing_zeros() as usize % LANES;
+            if inquiry.is_small(block, place, item, || rays.rays.get(lead)) {
+                each(lanes, |lane| inquiry.ask_box(block, lane, place, &rays.rays.get(lane)));
+                continue;
+            }
             match item.content {
-                Content::Super(number) => {
-                    let way = inquiry.hits.enter(place);
-                    self.descend(simd, item, level as usize, way);
-                    self.enter(simd, &compiled.supers[number as usize], level + 1, lanes, inquiry.hits);
+                Content::Super(_) | Content::Gate(_) => {
+                    let Some((number, below)) = inquiry.held.inside(rays.block, item.content) else {
+                        continue;
+                    };
+                    let way = inquiry.hits.enter(place, item, number);
+                    self.descend(simd, item, level as usize, number, way);
+                    self.enter(simd, below, level + 1, lanes, inquiry.hits);
                 }
                 Content::Solid(solid) => {
                     each(lanes, |lane| {
@@ -114,11 +122,11 @@ impl Packet {
                             origin.transform_point(&item.item_from_super),
                             direction.transform_vector(&item.item_from_super),
                         ];
-                        let Some(span) = shapes::span(simd, &compiled.shapes[shape as usize], ray) else {
+                        let Some(span) = shapes::span(simd, &block.shapes[shape as usize], ray) else {
                             each(lanes >> (half * HALF) & 0xff, |lane| {
                                 let lane = half * HALF + lane;
                                 let ray = transform(&rays.rays.get(lane), &item.item_from_super);
-                                let extents = crate::shapes::extents(&compiled.shapes[shape as usize], &ray);
+                                let extents = crate::shapes::extents(&block.shapes[shape as usize], &ray);
                                 if let Some(first) = single::first(&extents) {
                                     t.0[lane] = first;
                                     met |= 1 << lane;
@@ -139,9 +147,9 @@ impl Packet {
         }
     }
 
-    /// Maps all rays of a level into the frame of an item, for the next level.
+    /// Maps all rays of a level into the frame of an item, which leads to a block, for the next level.
     #[inline(always)]
-    fn descend<S: Simd>(&mut self, simd: S, item: &Item, level: usize, way: u32) {
+    fn descend<S: Simd>(&mut self, simd: S, item: &Item, level: usize, block: u32, way: u32) {
         if self.levels.len() < level + 2 {
             self.levels.push(NarrowRays::EMPTY);
         }
@@ -156,7 +164,7 @@ impl Packet {
                 direction.transform_vector(&item.item_from_super),
             );
         }
-        below.way = way;
+        (below.block, below.way) = (block, way);
     }
 
     /// Opens a super-node for rays that are in its frame already.

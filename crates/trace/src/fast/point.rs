@@ -5,10 +5,12 @@
 //! same padding, and the same allowance for what the ray has lost on its way.
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
+use glam::DVec3;
 
-use super::compile::{Compiled, Content};
+use super::blocks::Held;
+use super::compile::{Content, SuperNode};
 use super::frame::{DRIFT, narrow};
-use super::hits::Place;
+use super::hits::{Hits, Place};
 use super::lanes::transform;
 use super::tree::{Child, Node, WIDTH};
 use crate::Ray;
@@ -24,7 +26,9 @@ pub(super) struct Points {
 #[derive(Clone, Copy, Debug)]
 struct Level {
     ray: Ray,
-    number: u32,
+    center: DVec3,
+    to_unit: f64,
+    block: u32,
     way: u32,
     /// How far off it may be, in units of the super-node's radius.
     drift: f32,
@@ -37,7 +41,7 @@ pub(super) struct Mark {
     stack: usize,
 }
 
-/// An item that may hold the point, with the ray in its frame.
+/// An item that may hold the point, with the ray in its frame; of a box, in that of the super-node.
 pub(super) struct Part {
     pub(super) place: Place,
     pub(super) ray: Ray,
@@ -60,40 +64,38 @@ impl Points {
         self.stack.truncate(mark.stack);
     }
 
-    /// Comes to a super-node on a ray in its frame.
+    /// Comes to a super-node of a block on a ray in its frame.
     #[inline(always)]
-    pub(super) fn enter(&mut self, compiled: &Compiled, number: u32, ray: Ray, way: u32) {
-        let ball = &compiled.supers[number as usize];
+    pub(super) fn enter(&mut self, ball: &SuperNode, block: u32, ray: Ray, way: u32) {
         let Some(root) = ball.root else { return };
         let drift = narrow(DRIFT * (ray.origin - ball.center).abs().element_sum() / ball.radius);
         let level = u32::try_from(self.levels.len()).expect("2³² levels outgrow memory");
-        self.levels.push(Level { ray, number, way, drift });
+        let SuperNode { center, to_unit, .. } = *ball;
+        self.levels.push(Level { ray, center, to_unit, block, way, drift });
         self.stack.push((root, level));
     }
 
-    /// The next item behind the mark that may hold the point at t. `ways` notes the way through a super-node.
+    /// The next item behind the mark that may hold the point at t.
     #[inline(always)]
     pub(super) fn next<S: Simd>(
         &mut self,
         simd: S,
-        compiled: &Compiled,
+        held: &Held<'_>,
+        hits: &mut Hits,
         mark: Mark,
         t: f64,
-        boxes: &mut u64,
-        mut ways: impl FnMut(Place) -> u32,
     ) -> Option<Part> {
         while self.stack.len() > mark.stack {
             let (child, level) = self.stack.pop()?;
             self.levels.truncate(level as usize + 1);
-            let Level { ray, number, way, drift } = self.levels[level as usize];
+            let Level { ray, center, to_unit, block: number, way, drift } = self.levels[level as usize];
+            let block = held.block(number);
             let at = match child.get() {
                 Ok(at) => at,
                 Err(node) => {
-                    let node = &compiled.nodes[node];
-                    let ball = &compiled.supers[number as usize];
-                    let point = (ray.at(t) - ball.center) * ball.to_unit;
+                    let node = &block.nodes[node];
+                    let point = (ray.at(t) - center) * to_unit;
                     let mut met = holds(simd, node, point.to_array().map(narrow), drift);
-                    *boxes += u64::from(node.count);
                     while met != 0 {
                         self.stack.push((node.children[met.trailing_zeros() as usize % WIDTH], level));
                         met &= met - 1;
@@ -101,11 +103,18 @@ impl Points {
                     continue;
                 }
             };
-            let item = &compiled.items[at];
-            let ray = transform(&ray, &item.item_from_super);
+            let item = &block.items[at];
             let place = Place::new(way, at);
+            if hits.detail.as_ref().is_some_and(|detail| detail.is_small(block, place, item, &ray)) {
+                return Some(Part { place: place.as_box(), ray });
+            }
+            let ray = transform(&ray, &item.item_from_super);
             match item.content {
-                Content::Super(number) => self.enter(compiled, number, ray, ways(place)),
+                Content::Super(_) | Content::Gate(_) => {
+                    if let Some((number, below)) = held.inside(number, item.content) {
+                        self.enter(below, number, ray, hits.enter(place, item, number));
+                    }
+                }
                 _ => return Some(Part { place, ray }),
             }
         }

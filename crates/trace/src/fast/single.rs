@@ -5,9 +5,10 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
 use super::Inquiry;
+use super::blocks::Held;
 use super::compile::{Compiled, Content};
 use super::frame::{Line, Narrow};
-use super::hits::{Place, START};
+use super::hits::{Place, ROOT, START};
 use super::lanes::transform;
 use super::tree::{Child, Node, WIDTH};
 use crate::Ray;
@@ -39,28 +40,29 @@ impl Single {
         lane: usize,
         (narrow, child): (Narrow, Child),
     ) {
-        let compiled = inquiry.compiled;
         self.stack.clear();
         self.set_level(0, narrow);
+        let mut block = inquiry.held.block(narrow.block);
         let (mut level, mut changes) = (0, inquiry.hits.changes);
         let mut end = narrow.end(inquiry.hits.t.0[lane]);
         let mut open = Open { near: f32::NEG_INFINITY, child, level };
         loop {
             if open.level != level || inquiry.hits.changes != changes {
                 (level, changes) = (open.level, inquiry.hits.changes);
-                end = self.levels[level as usize].end(inquiry.hits.t.0[lane]);
+                let narrow = &self.levels[level as usize];
+                (block, end) = (inquiry.held.block(narrow.block), narrow.end(inquiry.hits.t.0[lane]));
             }
             if open.near <= end {
                 let narrow = &self.levels[level as usize];
                 let next = match open.child.get() {
                     Err(node) => {
-                        let node = &compiled.nodes[node];
+                        let node = &block.nodes[node];
                         inquiry.work.boxes += u64::from(node.count);
                         let (near, met) = met(simd, node, &narrow.line, narrow.start, end);
                         nearest(&mut self.stack, node, near, met, level)
                     }
                     Ok(at) => {
-                        let below = self.ask(simd, inquiry, lane, level, at);
+                        let below = self.ask(simd, inquiry, block, lane, level, at);
                         below.map(|child| Open { near: f32::NEG_INFINITY, child, level: level + 1 })
                     }
                 };
@@ -80,20 +82,24 @@ impl Single {
         &mut self,
         simd: S,
         inquiry: &mut Inquiry<'_>,
+        block: &Compiled,
         lane: usize,
         level: u32,
         at: usize,
     ) -> Option<Child> {
-        let compiled = inquiry.compiled;
         let narrow = &self.levels[level as usize];
-        let item = &compiled.items[at];
+        let item = &block.items[at];
         let place = Place::new(narrow.way, at);
+        if inquiry.is_small(block, place, item, || narrow.ray) {
+            inquiry.ask_box(block, lane, place, &narrow.ray);
+            return None;
+        }
         match item.content {
-            Content::Super(number) => {
-                let below = &compiled.supers[number as usize];
+            Content::Super(_) | Content::Gate(_) => {
+                let (number, below) = inquiry.held.inside(narrow.block, item.content)?;
                 let ray = transform(&narrow.ray, &item.item_from_super);
                 let root = below.root?;
-                let narrow = Narrow::new(ray, below, inquiry.hits.enter(place))?;
+                let narrow = Narrow::new(ray, below, number, inquiry.hits.enter(place, item, number))?;
                 self.set_level(level as usize + 1, narrow);
                 return Some(root);
             }
@@ -101,7 +107,7 @@ impl Single {
             Content::Shape(shape) => {
                 inquiry.work.primitives += 1;
                 let ray = transform(&narrow.ray, &item.item_from_super);
-                if let Some(t) = first(&shapes::extents(&compiled.shapes[shape as usize], &ray)) {
+                if let Some(t) = first(&shapes::extents(&block.shapes[shape as usize], &ray)) {
                     inquiry.answer(lane, t, place, || (narrow.way, narrow.ray));
                 }
             }
@@ -120,12 +126,12 @@ impl Single {
 
     /// A ray at the root.
     #[inline(always)]
-    pub(super) fn start(compiled: &Compiled, ray: &Ray) -> Option<(Narrow, Child)> {
-        let root = &compiled.supers[0];
+    pub(super) fn start(held: &Held<'_>, ray: &Ray) -> Option<(Narrow, Child)> {
+        let root = &held.block(ROOT).supers[0];
         let child = root.root?;
         let narrow = match child.get() {
-            Ok(_) => Narrow::alone(*ray, START),
-            Err(_) => Narrow::new(*ray, root, START)?,
+            Ok(_) => Narrow::alone(*ray, ROOT, START),
+            Err(_) => Narrow::new(*ray, root, ROOT, START)?,
         };
         Some((narrow, child))
     }

@@ -24,6 +24,7 @@ use csg_graph::Operator;
 use fearless_simd::Simd;
 
 use super::Work;
+use super::blocks::Held;
 use super::compile::{Compiled, Content, Solid};
 use super::frame::Narrow;
 use super::hits::{Hits, Place};
@@ -46,6 +47,8 @@ struct Question {
     seek: Seek,
     from: f64,
     limit: f64,
+    /// Whether what is asked is cut out of the result.
+    is_cut: bool,
 }
 
 /// Where the ray comes to be there, and the face that it passes: unless there are several at this t, or none because it
@@ -174,7 +177,7 @@ impl Operation {
     /// Goes on with the answer of the operand that was asked last.
     #[inline(always)]
     fn resume(&mut self, answer: Answer) -> Next {
-        let Question { seek, from, limit } = self.question;
+        let Question { seek, from, limit, .. } = self.question;
         match (seek, self.other) {
             (Seek::Inside, _) if answer.t > limit => Next::Answer(Answer::NEVER),
             // This one is inside where the other has come inside.
@@ -195,7 +198,8 @@ impl Operation {
             (Seek::Outside, Operator::Difference, 1) => Seek::Inside,
             (seek, ..) => seek,
         };
-        Next::Ask(self.operands[self.asked], Question { seek, from, limit })
+        let is_cut = self.question.is_cut != (self.operator == Operator::Difference && self.asked == 1);
+        Next::Ask(self.operands[self.asked], Question { seek, from, limit, is_cut })
     }
 }
 
@@ -218,6 +222,28 @@ impl Entering {
     }
 }
 
+/// The spans of an item that there is nothing to ask about: a primitive, or the box of what is too small to be looked
+/// into. What is cut out must not be larger than it is, so that a small one is nothing. The ray is given in the super-node
+/// and in the frame of the item.
+#[inline(always)]
+fn extents(
+    work: &mut Work,
+    hits: &Hits,
+    block: &Compiled,
+    place: Place,
+    [super_ray, item_ray]: [&Ray; 2],
+    is_cut: bool,
+) -> Option<(Place, Extents)> {
+    let item = &block.items[place.item as usize];
+    if let Content::Shape(shape) = item.content {
+        work.primitives += 1;
+        return Some((place, shapes::extents(&block.shapes[shape as usize], item_ray)));
+    }
+    let detail = hits.detail.as_ref().filter(|detail| detail.is_small(block, place, item, super_ray))?;
+    let extents = if is_cut { Extents::default() } else { detail.extents(block, place, super_ray) };
+    Some((place.as_box(), extents))
+}
+
 impl Solids {
     /// The first boundary of a solid at t > 0 on a ray in its frame, not behind `end`, and the face there; or the place of
     /// the solid if there are several.
@@ -225,7 +251,7 @@ impl Solids {
     pub(super) fn first<S: Simd>(
         &mut self,
         simd: S,
-        compiled: &Compiled,
+        held: &Held<'_>,
         hits: &mut Hits,
         at: (u32, Place),
         ray: &Ray,
@@ -234,12 +260,12 @@ impl Solids {
         simd.vectorize(
             #[inline(always)]
             || {
-                let question = Question { seek: Seek::Inside, from: 0.0, limit: end };
-                let mut answer = self.run(simd, compiled, hits, at, ray, question);
+                let question = Question { seek: Seek::Inside, from: 0.0, limit: end, is_cut: false };
+                let mut answer = self.run(simd, held, hits, at, ray, question);
                 let leaves = answer.t <= 0.0;
                 if leaves {
                     let question = Question { seek: Seek::Outside, ..question };
-                    answer = self.run(simd, compiled, hits, at, ray, question);
+                    answer = self.run(simd, held, hits, at, ray, question);
                 }
                 let Answer { t, face } = answer;
                 let place = if self.tied { at.1 } else { Place { turned: face.turned != leaves, ..face } };
@@ -253,7 +279,7 @@ impl Solids {
     fn run<S: Simd>(
         &mut self,
         simd: S,
-        compiled: &Compiled,
+        held: &Held<'_>,
         hits: &mut Hits,
         (solid, place): (u32, Place),
         ray: &Ray,
@@ -264,8 +290,8 @@ impl Solids {
         self.stack.clear();
         self.waiting.clear();
         self.tied = false;
-        let (left, way) = self.begin(compiled, hits, (solid, place), ray, question);
-        let mut answer = self.ask(compiled, hits, (left, way), *ray, question);
+        let (left, way) = self.begin(held, hits, (solid, place), ray, question);
+        let mut answer = self.ask(held, hits, (left, way), *ray, question);
         loop {
             answer = match (self.calls.last_mut(), answer) {
                 (None, Some(answer)) => return answer,
@@ -276,7 +302,7 @@ impl Solids {
                     }
                     Next::Ask(operand, question) => {
                         let (ray, way) = (operation.ray, operation.way);
-                        self.ask(compiled, hits, (operand, way), ray, question)
+                        self.ask(held, hits, (operand, way), ray, question)
                     }
                 },
                 (Some(Call::Entering(union)), answer) => {
@@ -285,13 +311,13 @@ impl Solids {
                     if let Some(part) = answer {
                         self.tied |= union.take(part);
                     }
-                    self.come_in(simd, compiled, hits, union)
+                    self.come_in(simd, held, hits, union)
                 }
                 (Some(Call::Leaving(union)), answer) => {
                     let mut union = *union;
                     self.calls.pop();
                     union.last = answer.filter(|part| part.t > union.last.t).unwrap_or(union.last);
-                    self.get_out(simd, compiled, hits, union)
+                    self.get_out(simd, held, hits, union)
                 }
                 (_, None) => unreachable!("only unions wait before they have asked"),
             }
@@ -303,14 +329,16 @@ impl Solids {
     #[inline(always)]
     fn begin(
         &mut self,
-        compiled: &Compiled,
+        held: &Held<'_>,
         hits: &mut Hits,
         (solid, place): (u32, Place),
         ray: &Ray,
         question: Question,
     ) -> (u32, u32) {
-        let Solid { operator, operands } = compiled.solids[solid as usize];
-        let way = hits.enter(place);
+        let block = hits.block(place.way);
+        let from = held.block(block);
+        let Solid { operator, operands } = from.solids[solid as usize];
+        let way = hits.enter(place, &from.items[place.item as usize], block);
         let (ray, asked, other) = (*ray, 0, None);
         self.calls.push(Call::Operation(Operation { question, operator, operands, ray, way, asked, other }));
         (operands[0], way)
@@ -320,35 +348,37 @@ impl Solids {
     #[inline(always)]
     fn ask(
         &mut self,
-        compiled: &Compiled,
+        held: &Held<'_>,
         hits: &mut Hits,
         (mut operand, mut way): (u32, u32),
         mut ray: Ray,
         question: Question,
     ) -> Option<Answer> {
         loop {
-            let ball = &compiled.supers[operand as usize];
+            let number = hits.block(way);
+            let block = held.block(number);
+            let ball = &block.supers[operand as usize];
             let Some(root) = ball.root else { return Some(question.nowhere()) };
             if let Ok(at) = root.get() {
-                let item = &compiled.items[at];
+                let item = &block.items[at];
                 let place = Place::new(way, at);
                 match item.content {
                     Content::Shape(shape) => {
                         let ray = transform(&ray, &item.item_from_super);
                         self.work.primitives += 1;
-                        let extents = shapes::extents(&compiled.shapes[shape as usize], &ray);
+                        let extents = shapes::extents(&block.shapes[shape as usize], &ray);
                         self.tied |= question.begins_at_face(&extents);
                         return Some(question.answer(&extents, place));
                     }
                     Content::Solid(solid) => {
                         ray = transform(&ray, &item.item_from_super);
-                        (operand, way) = self.begin(compiled, hits, (solid, place), &ray, question);
+                        (operand, way) = self.begin(held, hits, (solid, place), &ray, question);
                         continue;
                     }
-                    Content::Super(_) => {}
+                    Content::Super(_) | Content::Gate(_) => {}
                 }
             }
-            let Some(narrow) = Narrow::new(ray, ball, way) else { return Some(question.nowhere()) };
+            let Some(narrow) = Narrow::new(ray, ball, number, way) else { return Some(question.nowhere()) };
             let (stack, level) = (self.stack.len(), self.levels.len());
             self.open(narrow, root);
             self.calls.push(match question.seek {
@@ -376,7 +406,7 @@ impl Solids {
     fn come_in<S: Simd>(
         &mut self,
         simd: S,
-        compiled: &Compiled,
+        held: &Held<'_>,
         hits: &mut Hits,
         mut union: Entering,
     ) -> Option<Answer> {
@@ -396,9 +426,10 @@ impl Solids {
                 continue;
             }
             let narrow = &self.levels[level as usize];
+            let block = held.block(narrow.block);
             let at = match open.child.get() {
                 Err(node) => {
-                    let node = &compiled.nodes[node];
+                    let node = &block.nodes[node];
                     self.work.boxes += u64::from(node.count);
                     let (near, met) = met(simd, node, &narrow.line, start, end);
                     let next = nearest(&mut self.stack, node, near, met, level);
@@ -407,29 +438,31 @@ impl Solids {
                 }
                 Ok(at) => at,
             };
-            let item = &compiled.items[at];
+            let item = &block.items[at];
             let place = Place::new(narrow.way, at);
             let ray = transform(&narrow.ray, &item.item_from_super);
             let question = Question { limit: union.question.limit.min(known), ..union.question };
+            if let Some((place, extents)) =
+                extents(&mut self.work, hits, block, place, [&narrow.ray, &ray], question.is_cut)
+            {
+                self.tied |= question.begins_at_face(&extents);
+                self.tied |= union.take(question.answer(&extents, place));
+                continue;
+            }
             match item.content {
-                Content::Super(number) => {
-                    let below = &compiled.supers[number as usize];
-                    if let Some(root) = below.root
-                        && let Some(narrow) = Narrow::new(ray, below, hits.enter(place))
+                Content::Super(_) | Content::Gate(_) => {
+                    if let Some((number, below)) = held.inside(narrow.block, item.content)
+                        && let Some(root) = below.root
+                        && let Some(narrow) = Narrow::new(ray, below, number, hits.enter(place, item, number))
                     {
                         self.open(narrow, root);
                     }
                 }
-                Content::Shape(shape) => {
-                    self.work.primitives += 1;
-                    let extents = shapes::extents(&compiled.shapes[shape as usize], &ray);
-                    self.tied |= question.begins_at_face(&extents);
-                    self.tied |= union.take(question.answer(&extents, place));
-                }
+                Content::Shape(_) => unreachable!("a primitive has its extents"),
                 Content::Solid(solid) => {
                     self.calls.push(Call::Entering(union));
-                    let (left, way) = self.begin(compiled, hits, (solid, place), &ray, question);
-                    return self.ask(compiled, hits, (left, way), ray, question);
+                    let (left, way) = self.begin(held, hits, (solid, place), &ray, question);
+                    return self.ask(held, hits, (left, way), ray, question);
                 }
             }
         }
@@ -444,7 +477,7 @@ impl Solids {
     fn get_out<S: Simd>(
         &mut self,
         simd: S,
-        compiled: &Compiled,
+        held: &Held<'_>,
         hits: &mut Hits,
         mut union: Leaving,
     ) -> Option<Answer> {
@@ -456,9 +489,10 @@ impl Solids {
             }
             let Some(open) = self.stack.pop() else { break };
             let narrow = &self.levels[open.level as usize];
+            let block = held.block(narrow.block);
             let at = match open.child.get() {
                 Err(node) => {
-                    let node = &compiled.nodes[node];
+                    let node = &block.nodes[node];
                     self.work.boxes += u64::from(node.count);
                     let (near, mut met) = met(simd, node, &narrow.line, narrow.start(t), f32::MAX);
                     let here = narrow.end(t);
@@ -476,38 +510,40 @@ impl Solids {
                 }
                 Ok(at) => at,
             };
-            let item = &compiled.items[at];
+            let item = &block.items[at];
             let place = Place::new(narrow.way, at);
             let ray = transform(&narrow.ray, &item.item_from_super);
             let question = Question { from: t, ..union.question };
+            if let Some((place, extents)) =
+                extents(&mut self.work, hits, block, place, [&narrow.ray, &ray], question.is_cut)
+            {
+                self.tied |= question.begins_at_face(&extents);
+                let answer = question.answer(&extents, place);
+                if answer.t > t {
+                    union.last = answer;
+                }
+                let ahead = extents.iter().find(|[enter, exit]| enter < exit && *enter > union.last.t);
+                if let Some([enter, _]) = ahead {
+                    self.waiting.push(Waiting { from: *enter, open });
+                }
+                continue;
+            }
             match item.content {
-                Content::Super(number) => {
-                    let below = &compiled.supers[number as usize];
-                    if let Some(root) = below.root
-                        && let Some(narrow) = Narrow::new(ray, below, hits.enter(place))
+                Content::Super(_) | Content::Gate(_) => {
+                    if let Some((number, below)) = held.inside(narrow.block, item.content)
+                        && let Some(root) = below.root
+                        && let Some(narrow) = Narrow::new(ray, below, number, hits.enter(place, item, number))
                     {
                         self.open(narrow, root);
                     }
                 }
-                Content::Shape(shape) => {
-                    self.work.primitives += 1;
-                    let extents = shapes::extents(&compiled.shapes[shape as usize], &ray);
-                    self.tied |= question.begins_at_face(&extents);
-                    let answer = question.answer(&extents, place);
-                    if answer.t > t {
-                        union.last = answer;
-                    }
-                    let ahead = extents.iter().find(|[enter, exit]| enter < exit && *enter > union.last.t);
-                    if let Some([enter, _]) = ahead {
-                        self.waiting.push(Waiting { from: *enter, open });
-                    }
-                }
+                Content::Shape(_) => unreachable!("a primitive has its extents"),
                 Content::Solid(solid) => {
                     // To be asked again as soon as the ray has got further.
                     self.waiting.push(Waiting { from: t.next_up(), open });
                     self.calls.push(Call::Leaving(union));
-                    let (left, way) = self.begin(compiled, hits, (solid, place), &ray, question);
-                    return self.ask(compiled, hits, (left, way), ray, question);
+                    let (left, way) = self.begin(held, hits, (solid, place), &ray, question);
+                    return self.ask(held, hits, (left, way), ray, question);
                 }
             }
         }

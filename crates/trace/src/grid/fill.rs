@@ -15,7 +15,8 @@ use glam::DAffine3;
 
 use super::lattice::Lattice;
 use crate::Surface;
-use crate::fast::compile::{Kind, Place, Resolved, States};
+use crate::fast::Bounds;
+use crate::fast::states::{Kind, Place, Resolved, States};
 
 /// A place where rays enter the graph.
 #[derive(Clone, Debug)]
@@ -76,7 +77,7 @@ impl Voxels {
         resolution: Option<u32>,
         budget: usize,
     ) -> Result<Self, EvalError> {
-        let (states, root) = States::resolve(graph, boxes)?;
+        let (states, root) = States::all(graph, Bounds::Exact(boxes))?;
         let usual = resolution.map_or_else(|| usual_voxels(&states, &root), |_| usize::MAX);
         let most = usual.min(budget / (2 * VOXEL));
         let mut resolution = resolution.unwrap_or(FINEST).clamp(1, FINEST);
@@ -113,15 +114,14 @@ impl Voxels {
 
 /// A voxel for each primitive of the unfolded tree. More take more time to go through than they save below.
 fn usual_voxels(states: &States<'_>, root: &Place) -> usize {
-    // Each state comes after those below it.
-    let mut primitives: Vec<usize> = Vec::with_capacity(states.states.len());
-    for state in &states.states {
-        primitives.push(match &state.kind {
+    let mut primitives = vec![0_usize; states.states.len()];
+    for number in &states.order {
+        primitives[*number as usize] = match &states.states[*number as usize].kind {
             Kind::Union(parts) => {
                 parts.iter().map(|part| primitives[part.target as usize]).fold(0, usize::saturating_add)
             }
             _ => 1,
-        });
+        };
     }
     primitives[root.target as usize]
 }
@@ -146,7 +146,7 @@ impl Filling {
         let mut all = Self::default();
         let mut waiting = vec![root];
         while let Some(arrival) = waiting.pop() {
-            let Resolved { bounds, kind, .. } = &states.states[arrival.target as usize];
+            let Resolved { kind, .. } = &states.states[arrival.target as usize];
             if arrival.bounds.is_empty() {
                 continue;
             }
@@ -158,8 +158,9 @@ impl Filling {
                 continue;
             }
             let entry = index(all.entries.len());
+            let bounds = aabb(states, arrival.target);
             let touched = lattice.touched(&arrival.bounds);
-            let inside = touched.filter(|(_, voxel)| touches(bounds, &arrival.state_from_world, voxel));
+            let inside = touched.filter(|(_, voxel)| touches(&bounds, &arrival.state_from_world, voxel));
             all.touches.extend(inside.map(|(voxel, _)| (index(voxel), entry)));
             let Arrival { target, depth, symbol, state_from_world, surface, .. } = arrival;
             all.entries.push(EntryState { state: target, depth, symbol, state_from_world, surface });
@@ -189,7 +190,7 @@ impl Filling {
         for entry in &mut self.entries {
             let resolved = &states.states[entry.state as usize];
             entry.state = *numbers[entry.state as usize].get_or_insert_with(|| {
-                entered.push((resolved.state.clone(), resolved.bounds));
+                entered.push((resolved.state.clone(), aabb(states, entry.state)));
                 index(entered.len() - 1)
             });
         }
@@ -224,10 +225,7 @@ impl Arrival {
             world_from_state,
             state_from_world: part.target_from_above * self.state_from_world,
             surface,
-            bounds: states.states[part.target as usize]
-                .bounds
-                .image(&world_from_state)
-                .intersect(self.bounds),
+            bounds: aabb(states, part.target).image(&world_from_state).intersect(self.bounds),
         }
     }
 }
@@ -239,6 +237,11 @@ fn touches(bounds: &Aabb, state_from_world: &DAffine3, voxel: &Aabb) -> bool {
     let padding = PADDING * state_from_world.translation.abs().max_element();
     let padded = Aabb { min: seen.min - padding, max: seen.max + padding };
     !padded.intersect(*bounds).is_empty()
+}
+
+/// The box of a state.
+fn aabb(states: &States<'_>, state: u32) -> Aabb {
+    states.aabb(state).expect("boxes that are at hand")
 }
 
 fn index(index: usize) -> u32 {

@@ -1,0 +1,198 @@
+//! States written out as lists of places, the largest by surface area opened first.
+//!
+//! A list ends where it is long enough. If all states are known, each where some list breaks off is opened likewise, once,
+//! however many lists lead to it; this is the [whole](Lists::whole) of a graph. A [block](Lists::block) is one list and
+//! those of the operands of its solids, and what it breaks off at is left for later.
+
+use std::cmp::Ordering;
+use std::collections::{BinaryHeap, VecDeque};
+
+use csg_graph::EvalError;
+use csg_graph_bounds::Aabb;
+use rustc_hash::FxHashMap;
+
+use super::compile::{Solid, index};
+use super::states::{Kind, Place, States};
+
+/// The least number of items that a list is opened to.
+pub(super) const SHORTEST: usize = 8;
+
+/// The lists of all super-nodes, the root's first.
+pub(super) struct Lists {
+    /// Each with the box that clips those of its places.
+    pub(super) lists: Vec<(Aabb, Vec<Place>)>,
+    /// The super-nodes of those states that have one.
+    pub(super) supers: FxHashMap<u32, u32>,
+    /// The solids of those states that have one.
+    pub(super) numbers: FxHashMap<u32, u32>,
+    pub(super) solids: Vec<Solid>,
+    /// How many places there are together.
+    total: usize,
+    waiting: VecDeque<(Aabb, Vec<Place>)>,
+}
+
+impl Lists {
+    fn new(root: &Place) -> Self {
+        Self {
+            lists: Vec::new(),
+            supers: FxHashMap::default(),
+            numbers: FxHashMap::default(),
+            solids: Vec::new(),
+            total: 0,
+            waiting: VecDeque::from([(Aabb::ALL, vec![root.clone()])]),
+        }
+    }
+
+    /// Opens all states that the root leads to into lists of that length, or gives up if they have more entries
+    /// together than are affordable and could have fewer.
+    pub(super) fn whole(
+        states: &mut States<'_>,
+        root: &Place,
+        length: usize,
+        affordable: usize,
+    ) -> Result<Option<Self>, EvalError> {
+        let mut all = Self::new(root);
+        while let Some((clip, start)) = all.waiting.pop_front() {
+            let list = open(states, start, length)?;
+            all.total += list.len();
+            if all.total > affordable && length > SHORTEST {
+                return Ok(None);
+            }
+            for place in &list {
+                match states.get(place).kind {
+                    Kind::Union(_) if !all.supers.contains_key(&place.target) => {
+                        all.supers.insert(place.target, all.next());
+                        all.waiting.push_back((Aabb::ALL, vec![Place::at(place.target)]));
+                    }
+                    Kind::Solid(..) if !all.numbers.contains_key(&place.target) => {
+                        all.add_solid(states, place.target)?;
+                    }
+                    _ => {}
+                }
+            }
+            all.lists.push((clip, list));
+        }
+        Ok(Some(all))
+    }
+
+    /// Opens one state into a list of that length. The solids in it get lists for their operands while there are not more
+    /// than twice as many places together; if the state is one itself, in any case.
+    pub(super) fn block(states: &mut States<'_>, root: &Place, length: usize) -> Result<Self, EvalError> {
+        let mut all = Self::new(root);
+        while let Some((clip, start)) = all.waiting.pop_front() {
+            let list = open(states, start, if all.lists.is_empty() { length } else { length / 4 })?;
+            all.total += list.len();
+            for place in &list {
+                if states.is_primitive(place) {
+                    states.resolve(place.target)?;
+                } else if !states.is_union(place)
+                    && !all.numbers.contains_key(&place.target)
+                    && (all.total < 2 * length || place.target == root.target)
+                {
+                    states.resolve(place.target)?;
+                    all.add_solid(states, place.target)?;
+                }
+            }
+            all.lists.push((clip, list));
+        }
+        Ok(all)
+    }
+
+    /// The number of the next list that waits. The one in the making is not among the lists yet.
+    fn next(&self) -> u32 {
+        index(self.lists.len() + 1 + self.waiting.len())
+    }
+
+    /// Gives a solid a number, and its operands lists.
+    fn add_solid(&mut self, states: &States<'_>, target: u32) -> Result<(), EvalError> {
+        let solid = states.get(&Place::at(target));
+        let Kind::Solid(operator, operands) = &solid.kind else { unreachable!("a solid that is resolved") };
+        self.numbers.insert(target, index(self.solids.len()));
+        let first = self.next();
+        self.solids.push(Solid { operator: *operator, operands: [first, first + 1] });
+        let bounds = states.aabb(target)?;
+        self.waiting.extend(operands.iter().map(|parts| (bounds, parts.clone())));
+        Ok(())
+    }
+}
+
+/// Opens the first union, and then others, into a list of at most `length` places, in the order of the graph.
+fn open(states: &mut States<'_>, start: Vec<Place>, length: usize) -> Result<Vec<Place>, EvalError> {
+    // Each with the next one in the order of the graph.
+    let count = start.len();
+    let mut places: Vec<(Place, Option<usize>)> =
+        start.into_iter().zip((1..count).map(Some).chain([None])).collect();
+    let mut open = BinaryHeap::new();
+    for (at, (place, _)) in places.iter().enumerate() {
+        enqueue(states, &mut open, place, at)?;
+    }
+    // One place alone is opened in any case, or the list would lead to itself.
+    while places.len() < length.max(2)
+        && let Some(Largest { place: at, .. }) = open.pop()
+    {
+        let (place, next) = &places[at];
+        let Kind::Union(parts) = states.resolve(place.target)? else {
+            unreachable!("only unions are opened")
+        };
+        let parts: Vec<Place> = parts.iter().map(|part| place.then(part)).collect();
+        let (mut next, mut slots) = (*next, (places.len()..).take(parts.len() - 1));
+        // From the last part to the first, which takes the place of the union.
+        for part in parts.into_iter().rev() {
+            let slot = slots.next().unwrap_or(at);
+            enqueue(states, &mut open, &part, slot)?;
+            if slot == at {
+                places[at] = (part, next);
+            } else {
+                places.push((part, next));
+            }
+            next = Some(slot);
+        }
+    }
+    let mut ordered = Vec::with_capacity(places.len());
+    let mut at = Some(0);
+    while let Some(index) = at {
+        let (place, next) = std::mem::replace(&mut places[index], (Place::at(0), None));
+        ordered.push(place);
+        at = next;
+    }
+    Ok(ordered)
+}
+
+fn enqueue(
+    states: &States<'_>,
+    open: &mut BinaryHeap<Largest>,
+    place: &Place,
+    at: usize,
+) -> Result<(), EvalError> {
+    if states.is_union(place) {
+        let bounds = states.aabb(place.target)?.image(&place.above_from_target);
+        open.push(Largest { area: bounds.surface_area(), place: at });
+    }
+    Ok(())
+}
+
+/// A union that can be opened, by its surface area.
+struct Largest {
+    area: f64,
+    place: usize,
+}
+
+impl Ord for Largest {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.area.total_cmp(&other.area).then(other.place.cmp(&self.place))
+    }
+}
+
+impl PartialOrd for Largest {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Largest {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Largest {}

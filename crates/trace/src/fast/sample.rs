@@ -1,0 +1,225 @@
+//! What is seen of a part that is too small to be looked into: one of its primitives, drawn by chance.
+//!
+//! A crown of leaves is green from afar because most of what would be seen of it is. So a primitive is drawn from the
+//! part and shows its paint, and the side that it turns to the ray. Over the many small parts of a picture this is about
+//! what the mean of the primitives would be. The numbers that it is drawn by are a function of the place, so that the same
+//! place always shows the same.
+
+use csg_graph::{AttributeTerm, EvalError, Graph, Node, NodeId, Operator, Primitive, State, Step};
+use csg_graph_bounds::{Aabb, Shape};
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::compile::{Compiled, Content, Gate};
+use super::tree::{self, Child, WIDTH};
+use crate::{Ray, shapes};
+
+/// Recursion that has shown no primitive after so many operators has hardly any to show.
+const OPERATORS: u32 = 2048;
+
+/// A primitive of a part.
+#[derive(Clone, Debug)]
+pub(super) struct Sample {
+    /// The primitive; none where recursion has no primitives.
+    pub(super) shape: Option<Primitive>,
+    /// From the frame of the part.
+    shape_from_part: DAffine3,
+    pub(super) node: NodeId,
+    /// S-nodes on the way to it.
+    pub(super) depth: u32,
+    /// What paints it, from the outside inwards.
+    pub(super) paint: Vec<(AttributeTerm, f64)>,
+}
+
+/// How many parts of a union there are below each node, in one rule.
+#[derive(Debug)]
+pub(super) struct Parts(Vec<f64>);
+
+impl Parts {
+    pub(super) fn new(graph: &Graph) -> Self {
+        let mut parts = vec![0.0; graph.node_count()];
+        // A node waits below its children; a symbol is where a rule ends.
+        let mut open: Vec<NodeId> = graph.nodes().map(|(id, _)| id).collect();
+        while let Some(id) = open.last() {
+            let children = match graph.node(*id) {
+                Node::Symbol(_) | Node::Primitive(_) => &[],
+                Node::Operator(node) if node.operator != Operator::Union => &[],
+                node => node.children(),
+            };
+            let waiting = open.len();
+            let count = children.iter().map(|child| parts[child.index()]).sum::<f64>();
+            if parts[id.index()] == 0.0 {
+                open.extend(children.iter().filter(|child| parts[child.index()] == 0.0));
+            }
+            if open.len() == waiting
+                && let Some(id) = open.pop()
+            {
+                parts[id.index()] = count.max(1.0);
+            }
+        }
+        Self(parts)
+    }
+
+    fn of(&self, node: NodeId) -> f64 {
+        self.0[node.index()]
+    }
+}
+
+/// Numbers by chance.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Dice(u64);
+
+impl Dice {
+    /// Of a place.
+    pub(super) fn at(place: DVec3) -> Self {
+        let mut dice = Self(0);
+        for coordinate in place.to_array() {
+            dice.0 ^= coordinate.to_bits();
+            dice.throw();
+        }
+        dice
+    }
+
+    /// A number from 0 to 1 (Steele and others' splitmix \[STEE14\]).
+    fn throw(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut bits = self.0;
+        bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        bits = (bits ^ bits >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (bits >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Draws one of some weights.
+    fn draw(&mut self, weights: impl Iterator<Item = f64> + Clone) -> usize {
+        let mut left = self.throw() * weights.clone().sum::<f64>();
+        let drawn = weights.clone().position(|weight| {
+            left -= weight;
+            left < 0.0
+        });
+        drawn.unwrap_or(weights.count() - 1)
+    }
+}
+
+impl Sample {
+    fn none(node: NodeId) -> Self {
+        Self { shape: None, shape_from_part: DAffine3::IDENTITY, node, depth: 0, paint: Vec::new() }
+    }
+
+    /// Draws from an item of a block, until there is a primitive, or a gate to draw from, which is given as well.
+    pub(super) fn of_item<'b>(block: &'b Compiled, part: usize, dice: &mut Dice) -> (Self, Option<&'b Gate>) {
+        let mut sample = Self::none(block.items[part].node);
+        let mut at = part;
+        loop {
+            let item = &block.items[at];
+            if at != part {
+                sample.shape_from_part = item.item_from_super * sample.shape_from_part;
+                sample.depth += item.depth;
+                sample.paint.extend(item.paint.into_iter().flat_map(|paint| &block.paints[paint as usize]));
+            }
+            sample.node = item.node;
+            let below = match item.content {
+                Content::Shape(shape) => {
+                    sample.shape = Some(block.shapes[shape as usize].clone());
+                    return (sample, None);
+                }
+                Content::Gate(gate) => return (sample, Some(&block.gates[gate as usize])),
+                Content::Super(number) => number,
+                Content::Solid(solid) => block.solids[solid as usize].operands[0],
+            };
+            let Some(mut child) = block.supers[below as usize].root else { return (sample, None) };
+            at = loop {
+                match child.get() {
+                    Ok(item) => break item,
+                    Err(node) => child = draw_child(&block.nodes[node], dice),
+                }
+            };
+        }
+    }
+
+    /// Draws from what is below a state, of the parts of a union in one rule each as likely.
+    pub(super) fn of_state(
+        graph: &Graph,
+        parts: &Parts,
+        state: &State,
+        dice: &mut Dice,
+    ) -> Result<Self, EvalError> {
+        let mut sample = Self::none(state.node());
+        let (mut state, mut operators) = (state.clone(), 0);
+        loop {
+            sample.node = state.node();
+            state = match graph.step(&state)? {
+                Step::Select(below) => {
+                    sample.depth += 1;
+                    below
+                }
+                Step::Calculate(below) => below,
+                Step::Attribute(terms, below) => {
+                    sample.paint.extend(terms);
+                    below
+                }
+                Step::Transform(parent_from_child, below) => {
+                    let [x, y, z] = DVec3::AXES.map(|axis| parent_from_child.inverse_vector(axis));
+                    let child_from_parent = DAffine3 {
+                        matrix3: DMat3::from_cols(x, y, z),
+                        translation: parent_from_child.inverse_point(DVec3::ZERO),
+                    };
+                    sample.shape_from_part = child_from_parent * sample.shape_from_part;
+                    below
+                }
+                Step::Operator(..) if operators == OPERATORS => return Ok(sample),
+                Step::Operator(Operator::Union, operands) => {
+                    operators += 1;
+                    let drawn = dice.draw(operands.iter().map(|operand| parts.of(operand.node())));
+                    let [left, right] = operands;
+                    if drawn == 0 { left } else { right }
+                }
+                Step::Operator(_, [left, _]) => {
+                    operators += 1;
+                    left
+                }
+                Step::Primitive(primitive) => {
+                    sample.shape = Some(primitive);
+                    return Ok(sample);
+                }
+                other => unreachable!("{other:?} is no kind of node that there is"),
+            };
+        }
+    }
+
+    /// With what is drawn from the part that this has come to.
+    pub(super) fn then(mut self, inner: &Self) -> Self {
+        self.paint.extend(&inner.paint);
+        Self {
+            shape: inner.shape.clone(),
+            shape_from_part: inner.shape_from_part * self.shape_from_part,
+            node: inner.node,
+            depth: self.depth + inner.depth,
+            paint: self.paint,
+        }
+    }
+
+    /// The normal that it turns to a ray in the frame of the part, there.
+    pub(super) fn normal(&self, ray: &Ray) -> Option<DVec3> {
+        let shape = self.shape.as_ref()?;
+        let direction = self.shape_from_part.transform_vector3(ray.direction).try_normalize()?;
+        let bounds = shape.bounds();
+        let normal = if bounds.is_bounded() {
+            let origin = bounds.center() - direction * bounds.size().length();
+            shapes::boundary(shape, &Ray { origin, direction }, 0.0)?.normal
+        } else {
+            DVec3::Z
+        };
+        Some(self.shape_from_part.matrix3.transpose() * normal)
+    }
+}
+
+/// Draws a child of a node by the surface of its box.
+fn draw_child(node: &tree::Node, dice: &mut Dice) -> Child {
+    let area = |slot: usize| {
+        let corner = |first: usize| {
+            DVec3::from_array([0, 1, 2].map(|axis| f64::from(node.planes[first + axis][slot])))
+        };
+        Aabb { min: corner(0), max: corner(3) }.surface_area()
+    };
+    let drawn = dice.draw((0..node.count as usize).map(area));
+    node.children[drawn % WIDTH]
+}

@@ -1,0 +1,265 @@
+//! The states that matter to a ray: those that are more than a name, a choice or a transformation of another one.
+//!
+//! Following S-, C- and T-nodes down to the next operator or primitive makes a *place* of them: a state, the product of the
+//! transformations that lead to it, and what paints it. Unions in unions of one rule are one union, and successive
+//! subtractions one subtraction: a \\ b \\ c has the operands a and b ∪ c.
+//!
+//! A state has a number as soon as something leads to it, and is [resolved](States::resolve) once, when somebody wants to
+//! know what it is: all of them before the first ray, or, where there are too many, few at a time.
+
+use std::cell::OnceCell;
+
+use csg_graph::{AttributeTerm, EvalError, Graph, Node, Operator, Primitive, State, Step};
+use csg_graph_bounds::{Aabb, Shape};
+use glam::{DAffine3, DMat3, DVec3};
+use rustc_hash::FxHashMap;
+
+use super::bounds::{Bounds, Extent};
+
+/// States with their numbers, those that are not resolved yet among them.
+pub(crate) struct States<'a> {
+    graph: &'a Graph,
+    bounds: Bounds<'a>,
+    pub(crate) states: Vec<Resolved>,
+    numbers: FxHashMap<State, u32>,
+    /// The numbers of those that are resolved, each behind those below it if all are.
+    pub(crate) order: Vec<u32>,
+}
+
+pub(crate) struct Resolved {
+    pub(crate) state: State,
+    pub(crate) kind: Kind,
+    /// Once somebody has asked for it.
+    extent: OnceCell<Extent>,
+}
+
+#[derive(Clone)]
+pub(crate) enum Kind {
+    /// Not resolved yet.
+    Unknown,
+    /// Of parts, those of unions in unions among them.
+    Union(Vec<Place>),
+    /// Of operands, with the parts of those that are unions.
+    Solid(Operator, [Vec<Place>; 2]),
+    Primitive(Primitive),
+}
+
+/// A state under the transformations and attributes that lead to it.
+#[derive(Clone)]
+pub(crate) struct Place {
+    /// The number of the state.
+    pub(crate) target: u32,
+    pub(crate) above_from_target: DAffine3,
+    pub(crate) target_from_above: DAffine3,
+    /// S-nodes between.
+    pub(crate) depth: u32,
+    /// The state of the last of these, by its place among all states, if they are listed.
+    pub(crate) symbol: Option<u32>,
+    pub(crate) paint: Vec<(AttributeTerm, f64)>,
+}
+
+impl<'a> States<'a> {
+    /// No states yet.
+    pub(crate) fn new(graph: &'a Graph, bounds: Bounds<'a>) -> Self {
+        Self { graph, bounds, states: Vec::new(), numbers: FxHashMap::default(), order: Vec::new() }
+    }
+
+    /// Resolves all states that the root leads to.
+    pub(crate) fn all(graph: &'a Graph, bounds: Bounds<'a>) -> Result<(Self, Place), EvalError> {
+        let mut all = Self::new(graph, bounds);
+        let root = all.place(graph.root_state())?;
+        all.resolve_down_to(root.target, |_| true)?;
+        Ok((all, root))
+    }
+
+    /// What a state is. Only now is what is directly below it looked at, and what is in the same rule.
+    pub(crate) fn resolve(&mut self, number: u32) -> Result<&Kind, EvalError> {
+        self.resolve_down_to(number, |place| place.depth == 0)?;
+        Ok(&self.states[number as usize].kind)
+    }
+
+    /// Resolves a state, and before it those operands of it, and of these, that are wanted. The parts of what is in the same
+    /// rule are.
+    fn resolve_down_to(&mut self, number: u32, wanted: impl Fn(&Place) -> bool) -> Result<(), EvalError> {
+        let mut open = vec![number];
+        while let Some(number) = open.last().map(|number| *number as usize) {
+            if !matches!(self.states[number].kind, Kind::Unknown) {
+                open.pop();
+                continue;
+            }
+            let kind = match self.graph.step(&self.states[number].state)? {
+                Step::Operator(operator, [left, right]) => {
+                    let operands = [self.place(left)?, self.place(right)?];
+                    let waiting = open.len();
+                    let unknown = |place: &&Place| matches!(self.get(place).kind, Kind::Unknown);
+                    let first = operands.iter().rev().filter(unknown).filter(|place| wanted(place));
+                    open.extend(first.map(|place| place.target));
+                    if open.len() > waiting {
+                        continue;
+                    }
+                    self.operator(operator, operands)
+                }
+                Step::Primitive(primitive) => Kind::Primitive(primitive),
+                other => unreachable!("{other:?} was followed"),
+            };
+            self.states[number].kind = kind;
+            self.order.push(index(number));
+            open.pop();
+        }
+        Ok(())
+    }
+
+    fn operator(&self, operator: Operator, [left, right]: [Place; 2]) -> Kind {
+        let (right, minuend) = (self.parts(right), left.depth == 0);
+        match (operator, &self.get(&left).kind) {
+            (Operator::Union, _) => Kind::Union(self.parts(left).into_iter().chain(right).collect()),
+            (Operator::Difference, Kind::Solid(Operator::Difference, [first, second])) if minuend => {
+                let then = |part| left.then(part);
+                let subtracted = second.iter().map(then).chain(right).collect();
+                Kind::Solid(operator, [first.iter().map(then).collect(), subtracted])
+            }
+            _ => Kind::Solid(operator, [self.parts(left), right]),
+        }
+    }
+
+    /// The parts of an operand: if it is a union in the same rule, its parts.
+    fn parts(&self, operand: Place) -> Vec<Place> {
+        match &self.get(&operand).kind {
+            Kind::Union(parts) if operand.depth == 0 => parts.iter().map(|part| operand.then(part)).collect(),
+            _ => vec![operand],
+        }
+    }
+
+    /// The place that a state leads to: the next operator or primitive.
+    pub(crate) fn place(&mut self, mut state: State) -> Result<Place, EvalError> {
+        let mut place = Place::at(0);
+        loop {
+            state = match self.graph.node(state.node()) {
+                Node::Operator(_) | Node::Primitive(_) => break,
+                _ => match self.graph.step(&state)? {
+                    Step::Select(below) => {
+                        place.depth += 1;
+                        place.symbol = self.bounds.index_of(&state);
+                        below
+                    }
+                    Step::Calculate(below) => below,
+                    Step::Attribute(terms, below) => {
+                        place.paint.extend(terms);
+                        below
+                    }
+                    Step::Transform(parent_from_child, below) => {
+                        let [x, y, z] = DVec3::AXES.map(|axis| parent_from_child.inverse_vector(axis));
+                        let child_from_parent = DAffine3 {
+                            matrix3: DMat3::from_cols(x, y, z),
+                            translation: parent_from_child.inverse_point(DVec3::ZERO),
+                        };
+                        place.above_from_target *= parent_from_child.to_affine();
+                        place.target_from_above = child_from_parent * place.target_from_above;
+                        below
+                    }
+                    other => unreachable!("{other:?} is not followed"),
+                },
+            };
+        }
+        place.target = self.number(state);
+        Ok(place)
+    }
+
+    /// The number of the state of an operator or a primitive.
+    fn number(&mut self, state: State) -> u32 {
+        if let Some(number) = self.numbers.get(&state) {
+            return *number;
+        }
+        let number = index(self.states.len());
+        self.numbers.insert(state.clone(), number);
+        self.states.push(Resolved { state, kind: Kind::Unknown, extent: OnceCell::new() });
+        number
+    }
+
+    /// What is known of the extent of a state.
+    fn extent(&self, number: u32) -> Result<&Extent, EvalError> {
+        let Resolved { state, extent, .. } = &self.states[number as usize];
+        if let Some(known) = extent.get() {
+            return Ok(known);
+        }
+        let found = self.bounds.of(state)?;
+        Ok(extent.get_or_init(|| found))
+    }
+
+    /// The box of a state.
+    pub(crate) fn aabb(&self, number: u32) -> Result<Aabb, EvalError> {
+        Ok(self.extent(number)?.aabb)
+    }
+
+    pub(crate) fn get(&self, place: &Place) -> &Resolved {
+        &self.states[place.target as usize]
+    }
+
+    /// Whether a place is a union, resolved or not.
+    pub(crate) fn is_union(&self, place: &Place) -> bool {
+        let node = self.graph.node(self.get(place).state.node());
+        matches!(node, Node::Operator(node) if node.operator == Operator::Union)
+    }
+
+    /// Whether a place is a primitive, resolved or not.
+    pub(crate) fn is_primitive(&self, place: &Place) -> bool {
+        matches!(self.graph.node(self.get(place).state.node()), Node::Primitive(_))
+    }
+
+    /// The box of a place in the frame above: six supports, not the box of a box.
+    pub(crate) fn exact_box(&self, place: &Place) -> Result<Aabb, EvalError> {
+        let Resolved { state, kind, .. } = self.get(place);
+        let extent = self.extent(place.target)?;
+        if extent.aabb.is_empty() {
+            return Ok(Aabb::EMPTY);
+        }
+        let outer = extent.aabb.image(&place.above_from_target);
+        let rows = place.above_from_target.matrix3.transpose();
+        let translation = place.above_from_target.translation;
+        let reach = |direction: DVec3, offset: f64, outer: f64| {
+            let support = match kind {
+                Kind::Primitive(primitive) => primitive.support(direction),
+                _ => self.bounds.support(state, extent, direction),
+            };
+            // Well within the padding of trees, and more than is rounded here.
+            let reach = offset + support;
+            (reach + (offset.abs() + support.abs()) * 1e-14).min(outer)
+        };
+        let mut exact = outer;
+        for axis in 0..3 {
+            exact.max[axis] = reach(rows.col(axis), translation[axis], outer.max[axis]);
+            exact.min[axis] = -reach(-rows.col(axis), -translation[axis], -outer.min[axis]);
+        }
+        Ok(exact)
+    }
+}
+
+impl Place {
+    /// A state where it is.
+    pub(crate) const fn at(target: u32) -> Self {
+        Self {
+            target,
+            above_from_target: DAffine3::IDENTITY,
+            target_from_above: DAffine3::IDENTITY,
+            depth: 0,
+            symbol: None,
+            paint: Vec::new(),
+        }
+    }
+
+    /// A place in the frame of this one's target, seen from above this one.
+    pub(crate) fn then(&self, below: &Self) -> Self {
+        Self {
+            target: below.target,
+            above_from_target: self.above_from_target * below.above_from_target,
+            target_from_above: below.target_from_above * self.target_from_above,
+            depth: self.depth + below.depth,
+            symbol: below.symbol.or(self.symbol),
+            paint: self.paint.iter().chain(&below.paint).copied().collect(),
+        }
+    }
+}
+
+fn index(index: usize) -> u32 {
+    u32::try_from(index).expect("2³² states outgrow memory")
+}

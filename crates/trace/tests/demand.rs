@@ -1,0 +1,208 @@
+//! Graphs compiled on demand, and parts that are too small to be looked into.
+#![expect(clippy::unwrap_used, reason = "a test that fails to build its scene fails")]
+
+#[path = "common/agreement.rs"]
+mod agreement;
+
+use csg_graph::Graph;
+use csg_graph_bounds::{Aabb, Envelopes, Limits, exact, root_box};
+use csg_graph_trace::{
+    Accelerated, Camera, Engine, Footprint, Hit, Lens, Light, RenderError, Settings, StateBounds, Tracer,
+    World, brute, render,
+};
+
+use agreement::{CLEARANCE, agree};
+
+const SIDE: u32 = 96;
+
+fn graph(source: &str) -> Graph {
+    let lowered = csg_graph_grammar::load(source, &[]).unwrap_or_else(|mistakes| panic!("{}", mistakes[0]));
+    lowered.scene.graph
+}
+
+fn whole(graph: &Graph) -> Accelerated {
+    let boxes = exact(graph, &Limits::default()).unwrap();
+    // Short lists: within a list, everything is looked into.
+    Accelerated::new(graph, &boxes, 1 << 12).unwrap()
+}
+
+fn enveloped(graph: &Graph, memory: usize) -> Accelerated {
+    let envelopes = Envelopes::new(graph.clone(), &Limits::default());
+    let bounds = StateBounds::Envelopes(Box::new(envelopes));
+    Accelerated::on_demand(graph.clone(), bounds, memory).unwrap()
+}
+
+fn lens(bounds: &Aabb) -> Lens {
+    Camera::framing(bounds, 40.0, 1.0).lens(SIDE, SIDE).unwrap()
+}
+
+/// The first hit of the ray through a point of the picture.
+fn look(tracer: &mut Tracer<'_>, lens: &Lens, [x, y]: [f64; 2]) -> Option<Hit> {
+    tracer.set_footprint(Footprint { width: 0.0, spread: lens.spread() });
+    tracer.nearest(&lens.ray(x, y))
+}
+
+fn centres() -> impl Iterator<Item = [f64; 2]> {
+    (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| [f64::from(x) + 0.5, f64::from(y) + 0.5]))
+}
+
+fn picture(scene: &Accelerated, bounds: &Aabb, samples: u32) -> Result<Vec<u8>, RenderError> {
+    let camera = Camera::framing(bounds, 40.0, 1.0);
+    let world = World {
+        engine: Engine::Fast(scene),
+        camera,
+        lights: vec![Light::over_shoulder(&camera)],
+        background: World::DEFAULT_BACKGROUND,
+    };
+    let settings = Settings { width: SIDE, height: SIDE, samples, ..Settings::default() };
+    render(&world, &settings, &|_| {}).map(|(film, _)| film.to_srgb8())
+}
+
+/// A tree of order n whose branches are turned and shortened by chance.
+fn tree(n: u32, seed: u32) -> String {
+    format!(
+        "{{ n = {n}; seed = {seed}; }} TREE
+         TREE if(n > 0, 2, 1)
+         1: TREE -> leaf
+         2: TREE -> color(0.4, 0.2, 0.1) scale(0.1, 0.1, 1) cylinder | {{n = n - 1}} move(0, 0, 1)
+            ( rotz(rand(0, 120)) rotx(rand(20, 45)) uscale(rand(0.65, 0.8)) TREE
+            | rotz(rand(180, 300)) rotx(rand(20, 45)) uscale(rand(0.65, 0.8)) TREE )
+         leaf = color(0.1, rand(0.3, 0.6), 0.1) scale(0.2, 0.05, 0.5) move(0, 0, 1) sphere"
+    )
+}
+
+/// Cubes in four corners of four corners of a cube, and so on.
+fn dust(n: u32) -> String {
+    format!(
+        "{{ n = {n}; }} DUST
+         DUST if(n > 0, 2, 1)
+         1: DUST -> cube
+         2: DUST -> {{n = n - 1}} (corner | rotz(90) corner | rotx(180) corner | rotx(180) rotz(90) corner)
+         corner = move(0.5, 0.5, 0.5) uscale(0.5) DUST"
+    )
+}
+
+#[test]
+fn chance_is_the_same_on_demand() {
+    for seed in 0..4 {
+        let graph = graph(&tree(7, seed));
+        let bounds = root_box(&graph, &Limits::default()).unwrap().aabb;
+        let (lens, at_once, tree) = (lens(&bounds), whole(&graph), graph.unfold(100_000).unwrap());
+        let mut expected = at_once.tracer();
+        for memory in [0, 1 << 26] {
+            let scene = enveloped(&graph, memory);
+            let mut found = scene.tracer();
+            let mut hits = 0;
+            for place in centres().step_by(3) {
+                let ray = lens.ray(place[0], place[1]);
+                if brute::line(&tree, &ray).clearance < CLEARANCE {
+                    continue;
+                }
+                let (expected, found) = (expected.nearest(&ray), found.nearest(&ray));
+                assert!(agree(expected.as_ref(), found.as_ref()), "{expected:?}\n{found:?}");
+                hits += usize::from(found.is_some());
+            }
+            assert!(hits > 100);
+            assert!(scene.bytes() <= memory, "{} of {memory}", scene.bytes());
+        }
+    }
+}
+
+#[test]
+fn memory_and_threads_change_no_byte() {
+    // 2⁴⁰ leaves, no two alike.
+    let graph = graph(&tree(40, 5));
+    let bounds = Aabb::new([-2.0, -2.0, 0.0].into(), [2.0, 2.0, 4.0].into());
+    let pictures = [(0, 1), (1 << 18, 3), (1 << 30, 2), (1 << 30, 8)].map(|(memory, threads)| {
+        let scene = enveloped(&graph, memory).with_detail(2.0);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| picture(&scene, &bounds, 1)).unwrap()
+    });
+    assert!(pictures.iter().all(|picture| *picture == pictures[0]));
+    let colours = pictures[0].as_chunks::<3>().0;
+    assert!(colours.iter().filter(|[r, g, b]| r > g && g > b).count() > 100, "there are branches");
+}
+
+/// So many pixels are not looked into.
+const DETAIL: f64 = 2.0;
+
+/// Compares rays that do not look into what is small with rays that do. What is not looked into is never smaller than it
+/// is; where it is larger, something is no farther than its size.
+fn compare_silhouettes(graph: &Graph, coarse: &Accelerated) {
+    const STEPS: i32 = 24;
+    let lens = lens(&root_box(graph, &Limits::default()).unwrap().aabb);
+    let fine = whole(graph);
+    let (mut fine, mut coarse) = (fine.tracer(), coarse.tracer());
+    let (mut hits, mut others) = (0, 0);
+    for [x, y] in centres() {
+        let expected = fine.nearest(&lens.ray(x, y));
+        let found = look(&mut coarse, &lens, [x, y]);
+        match (expected, found) {
+            (Some(expected), Some(found)) => {
+                assert!(found.t <= expected.t * (1.0 + 1e-9), "{x} {y}");
+                hits += 1;
+            }
+            (Some(expected), None) => panic!("{x} {y}: nothing at {}", expected.t),
+            (None, Some(_)) => {
+                let mut around = (-STEPS..=STEPS).flat_map(|i| (-STEPS..=STEPS).map(move |j| [i, j]));
+                let near = around.any(|step| {
+                    let [i, j] = step.map(|step| DETAIL * f64::from(step) / f64::from(STEPS));
+                    fine.nearest(&lens.ray(x + i, y + j)).is_some()
+                });
+                assert!(near, "nothing near {x} {y}");
+                others += 1;
+            }
+            (None, None) => {}
+        }
+    }
+    assert!(hits > 1000 && others > 0, "{hits} {others}");
+}
+
+#[test]
+fn silhouettes_are_off_by_less_than_they_may() {
+    let graph = graph(&dust(8));
+    compare_silhouettes(&graph, &whole(&graph).with_detail(DETAIL));
+    compare_silhouettes(&graph, &enveloped(&graph, 1 << 24).with_detail(DETAIL));
+}
+
+#[test]
+fn what_never_ends_is_what_ends_far_below_a_pixel() {
+    let endless =
+        graph(&dust(1).replace("if(n > 0, 2, 1)", "if(n > 0, 2, 1 + (n < 0))").replace("n - 1", "n"));
+    let boxes = exact(&endless, &Limits::default()).unwrap();
+    assert!(boxes.endless.is_some());
+    let scene = Accelerated::on_demand(endless, StateBounds::Exact(Box::new(boxes)), 1 << 20).unwrap();
+    compare_silhouettes(&graph(&dust(9)), &scene.with_detail(DETAIL));
+}
+
+#[test]
+fn small_parts_cut_nothing_off() {
+    // Of the block, all is left that the dust leaves; of the meet, all that it has.
+    for operator in ['\\', '&'] {
+        let source =
+            dust(7).replacen("} DUST", &format!("}} (scale(0.9, 0.9, 0.7) cube {operator} DUST)"), 1);
+        let graph = graph(&source);
+        let lens = lens(&root_box(&graph, &Limits::default()).unwrap().aabb);
+        let fine = whole(&graph);
+        for scene in [whole(&graph), enveloped(&graph, 1 << 24)] {
+            let scene = scene.with_detail(8.0);
+            let (mut fine, mut coarse) = (fine.tracer(), scene.tracer());
+            let mut earlier = 0;
+            for place in centres() {
+                let Some(expected) = fine.nearest(&lens.ray(place[0], place[1])) else { continue };
+                let found = look(&mut coarse, &lens, place).expect("what is there is seen");
+                assert!(found.t <= expected.t * (1.0 + 1e-9), "{operator} {place:?}");
+                earlier += usize::from(found.t < expected.t * (1.0 - 1e-6));
+            }
+            assert!(earlier > 10, "{operator} {earlier}");
+        }
+    }
+}
+
+#[test]
+fn what_is_wrong_far_below_is_an_error() {
+    let graph = graph(&tree(30, 1).replace("scale(0.2, 0.05, 0.5)", "scale(0.2, 0.05, 0.5 / n)"));
+    let bounds = Aabb::new([-2.0, -2.0, 0.0].into(), [2.0, 2.0, 4.0].into());
+    let error = picture(&enveloped(&graph, 1 << 20), &bounds, 1).unwrap_err();
+    assert!(matches!(error, RenderError::Eval(_)), "{error}");
+}
