@@ -58,7 +58,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
     let stage = Stage::set(&loaded, plan, f64::from(width) / f64::from(height))?;
     let mut setups = Vec::new();
     for _ in 0..args.reps {
-        setups.push(Prepared::new(&loaded, &stage.analysis, plan)?.setup_time);
+        setups.push(Prepared::new(&loaded, &stage.regime, plan)?.setup_time);
     }
 
     let world = stage.world();
@@ -83,7 +83,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
         height,
         threads: pool.current_num_threads(),
         reps: args.reps,
-        primitives: stage.analysis.primitives.to_string(),
+        primitives: stage.regime.primitives(),
         setup_s: median(setups),
         bytes: stage.prepared.bytes(),
         primary_cpu_s,

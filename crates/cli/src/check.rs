@@ -15,6 +15,7 @@ use crate::{Failure, bounds, print};
 #[derive(Serialize)]
 struct Report {
     scene: String,
+    regime: &'static str,
     nodes: usize,
     states: String,
     distinct_states: String,
@@ -29,11 +30,25 @@ struct Report {
 #[derive(Serialize)]
 struct Endless {
     scene: String,
+    regime: &'static str,
     nodes: usize,
     terminates: bool,
     counterexample: Vec<Visit>,
     #[serde(flatten)]
     bounded: Option<Bounded>,
+}
+
+/// What it prints where the states are too many to be listed.
+#[derive(Serialize)]
+struct Vast {
+    scene: String,
+    regime: &'static str,
+    nodes: usize,
+    more_states_than: usize,
+    /// The states without what is random.
+    keys: usize,
+    min: [f64; 3],
+    max: [f64; 3],
 }
 
 /// A recursion that never ends, but shrinks.
@@ -59,6 +74,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
             Format::Table => table(&loaded.name, &analysis),
             Format::Json => json(&Report {
                 scene: loaded.name.clone(),
+                regime: "finite",
                 nodes: analysis.nodes,
                 states: analysis.states.to_string(),
                 distinct_states: analysis.distinct_states.to_string(),
@@ -70,8 +86,47 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
             }),
         }),
         Err(StatesError::Endless { path }) => endless(args, &loaded, &path),
+        Err(error @ StatesError::TooMany { limit, .. }) => vast(args, &loaded, &error, limit),
         Err(error) => Err(loaded.failure(&error)),
     }
+}
+
+/// More states than can be listed are a mistake, unless they can be bounded without a list. Where nothing is random, they
+/// may still be one.
+fn vast(args: &CheckArgs, loaded: &Loaded, error: &StatesError, limit: usize) -> Result<(), Failure> {
+    let graph = &loaded.scene.graph;
+    let Ok((envelopes, root)) = loaded.envelopes() else { return Err(loaded.failure(error)) };
+    if !graph.nodes().any(|(_, node)| node.exprs().iter().any(|expr| expr.is_erratic())) {
+        loaded.warn(error);
+    }
+    let report = Vast {
+        scene: loaded.name.clone(),
+        regime: "vast",
+        nodes: graph.node_count(),
+        more_states_than: limit,
+        keys: envelopes.key_count(),
+        min: root.min.to_array(),
+        max: root.max.to_array(),
+    };
+    print(match args.format {
+        Format::Json => json(&report),
+        Format::Table => rows(
+            &format!("{}: no mistakes; more states than are listed", report.scene),
+            &[
+                ("regime", "vast: what rays come to is compiled when they come to it".to_owned()),
+                ("graph nodes", grouped(report.nodes)),
+                (
+                    "states",
+                    format!(
+                        "more than {} of all nodes; {} without what is random",
+                        grouped(limit),
+                        grouped(report.keys)
+                    ),
+                ),
+                ("box", format!("at most {}", bounds::line(&root))),
+            ],
+        ),
+    })
 }
 
 /// A recursion that never ends is a mistake, unless it shrinks to a solid.
@@ -86,6 +141,7 @@ fn endless(args: &CheckArgs, loaded: &Loaded, path: &[SymbolState]) -> Result<()
     });
     let report = Endless {
         scene: loaded.name.clone(),
+        regime: "endless",
         nodes: graph.node_count(),
         terminates: false,
         counterexample: path.iter().map(Visit::new).collect(),
@@ -121,7 +177,8 @@ fn table(scene: &str, analysis: &Analysis) -> String {
         grouped(analysis.distinct_states),
         grouped(analysis.node_states),
     );
-    let rows = [
+    let found = [
+        ("regime", "finite: all states are listed".to_owned()),
         ("graph nodes", grouped(analysis.nodes)),
         ("states", states),
         ("instances", grouped(&analysis.instances)),
@@ -129,7 +186,12 @@ fn table(scene: &str, analysis: &Analysis) -> String {
         ("depth", grouped(analysis.depth)),
         ("terminates", "yes".to_owned()),
     ];
-    let mut text = format!("{scene}: no mistakes\n");
+    rows(&format!("{scene}: no mistakes"), &found)
+}
+
+/// A table below its title.
+fn rows(title: &str, rows: &[(&str, String)]) -> String {
+    let mut text = format!("{title}\n");
     for (name, value) in rows {
         let _ = writeln!(text, "  {name:<12} {value}");
     }
@@ -139,7 +201,8 @@ fn table(scene: &str, analysis: &Analysis) -> String {
 fn endless_table(report: &Endless, bounded: &Bounded) -> String {
     let Bounded { node_states, contraction, min, max } = bounded;
     let aabb = Aabb { min: (*min).into(), max: (*max).into() };
-    let rows = [
+    let found = [
+        ("regime", "endless: what is too small to be seen is not looked into".to_owned()),
         ("graph nodes", grouped(report.nodes)),
         ("states", format!("{} of all nodes", grouped(node_states))),
         ("instances", "endless".to_owned()),
@@ -147,9 +210,5 @@ fn endless_table(report: &Endless, bounded: &Bounded) -> String {
         ("contraction", format!("{contraction:.6}: once round any cycle, sizes shrink to at most that")),
         ("box", bounds::line(&aabb)),
     ];
-    let mut text = format!("{}: no mistakes; an endless recursion that shrinks\n", report.scene);
-    for (name, value) in rows {
-        let _ = writeln!(text, "  {name:<12} {value}");
-    }
-    text
+    rows(&format!("{}: no mistakes; an endless recursion that shrinks", report.scene), &found)
 }

@@ -4,10 +4,11 @@ use std::time::{Duration, Instant};
 
 use csg_graph::{Analysis, BigUint, Graph};
 use csg_graph_bounds::{Aabb, ExactBoxes, HyperBoxes, exact};
-use csg_graph_trace::{Accelerated, Engine, Grid};
+use csg_graph_trace::{Accelerated, Engine, Grid, StateBounds};
 
 use crate::args::{BoxesArg, EngineArg, MethodArg, Plan};
 use crate::load::Loaded;
+use crate::regime::Regime;
 use crate::{Failure, bounds};
 
 /// The most boxes that the chain algorithm may compute where nobody asked for it: a second or two.
@@ -16,6 +17,9 @@ const AFFORDABLE_CHAIN: u32 = 2_000_000;
 /// How much larger than the least ones the boxes of the fast engine and the grid may be, relative to their extent. Rays hardly notice
 /// a hundredth, and it takes a third of the time of the least ones.
 const GAP: f64 = 1e-2;
+
+/// How much of a pixel a part has to cover to be looked into, where not everything can be.
+const DETAIL: f64 = 1.0;
 
 /// An engine, ready.
 pub(crate) struct Prepared<'a> {
@@ -37,25 +41,58 @@ enum Structure<'a> {
 
 impl<'a> Prepared<'a> {
     /// Makes an engine ready.
-    pub(crate) fn new(loaded: &'a Loaded, analysis: &Analysis, plan: Plan) -> Result<Self, Failure> {
+    pub(crate) fn new(loaded: &'a Loaded, regime: &Regime, plan: Plan) -> Result<Self, Failure> {
         let start = Instant::now();
-        let (method, structure, bounding_time) = match plan {
-            Plan::Reference { boxes, max_steps } => {
+        let graph = &loaded.scene.graph;
+        let (method, structure, bounding_time) = match (plan, regime) {
+            (Plan::Fast { detail: Some(0.0), .. }, Regime::Endless) => {
+                return Err(loaded.refused(
+                    "there is no end to what --detail 0 looks into, as the recursion never ends; give it some part of a pixel",
+                ));
+            }
+            (Plan::Fast { detail, memory, .. }, Regime::Vast(_) | Regime::Endless) => {
+                let bounds = match regime {
+                    Regime::Endless => StateBounds::Exact(Box::new(exact_boxes(loaded)?)),
+                    _ => StateBounds::Envelopes(Box::new(loaded.envelopes()?.0)),
+                };
+                let bounding_time = start.elapsed();
+                let compiled = Accelerated::on_demand(graph.clone(), bounds, memory)
+                    .map_err(|error| loaded.failure(&error.into()))?
+                    .with_detail(detail.unwrap_or(DETAIL));
+                (Some(MethodArg::Exact), Structure::Compiled(Box::new(compiled)), bounding_time)
+            }
+            (Plan::Reference { .. } | Plan::Grid { .. }, Regime::Vast(limit)) => {
+                let reason = format!(
+                    "it has more than {limit} states, and only the fast engine can trace what cannot be listed; raise --max-states if there is an end to them"
+                );
+                return Err(loaded.refused(reason));
+            }
+            (Plan::Reference { .. } | Plan::Grid { .. }, Regime::Endless) => {
+                loaded.report_endless();
+                return Err(loaded.refused(
+                    "only the fast engine can trace what never ends: it does not look into what is too small to be seen",
+                ));
+            }
+            (Plan::Reference { boxes, max_steps }, Regime::Finite(analysis)) => {
                 let method = boxes.map_or_else(|| Some(usual_method(analysis)), BoxesArg::method);
                 let boxes = hyper_boxes(loaded, analysis, method, max_steps)?;
                 (method, Structure::Walked(boxes), start.elapsed())
             }
-            Plan::Fast { budget } => {
+            (Plan::Fast { budget, detail, .. }, Regime::Finite(_)) => {
                 let boxes = exact_boxes(loaded)?;
                 let bounding_time = start.elapsed();
-                let compiled = Accelerated::new(&loaded.scene.graph, &boxes, budget)
-                    .map_err(|error| loaded.failure(&error.into()))?;
+                let compiled =
+                    Accelerated::new(graph, &boxes, budget).map_err(|error| loaded.failure(&error.into()))?;
+                let compiled = match detail {
+                    Some(pixels) => compiled.with_detail(pixels),
+                    None => compiled,
+                };
                 (Some(MethodArg::Exact), Structure::Compiled(Box::new(compiled)), bounding_time)
             }
-            Plan::Grid { resolution, budget } => {
+            (Plan::Grid { resolution, budget }, Regime::Finite(_)) => {
                 let boxes = exact_boxes(loaded)?;
                 let bounding_time = start.elapsed();
-                let grid = Grid::new(&loaded.scene.graph, boxes, resolution, budget)
+                let grid = Grid::new(graph, boxes, resolution, budget)
                     .map_err(|error| loaded.failure(&error.into()))?;
                 (Some(MethodArg::Exact), Structure::Gridded(Box::new(grid)), bounding_time)
             }

@@ -16,6 +16,7 @@ mod load;
 mod output;
 mod plot;
 mod progress;
+mod regime;
 pub mod render;
 mod stage;
 mod text;

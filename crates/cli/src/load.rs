@@ -5,10 +5,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use csg_graph::{Analysis, Limits, StatesError};
+use csg_graph_bounds::{Aabb, Envelopes};
 use csg_graph_grammar::{Diagnostic, Lowered, Override, Scene, Severity};
 
 use crate::args::SceneArgs;
-use crate::{Failure, output, say};
+use crate::{Failure, bounds, output, say};
+
+/// Nodes that are looked at for each face of the box that the camera frames, where the states are too many to be listed.
+const FACE_STEPS: usize = 2000;
 
 /// A scene that has no mistakes so far, with the text that later messages point into.
 pub(crate) struct Loaded {
@@ -80,18 +84,23 @@ impl Loaded {
         self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
     }
 
-    /// Analyses the graph; what is wrong with it is reported.
-    pub(crate) fn analyse(&self) -> Result<Analysis, Failure> {
-        self.scene.graph.analyse(&self.limits).map_err(|error| self.failure(&error))
-    }
-
-    /// As [`analyse`](Self::analyse), but none for a recursion that never ends, which may be bounded all the same.
+    /// Analyses the graph; what is wrong with it is reported. None for a recursion that never ends, which may be bounded all
+    /// the same.
     pub(crate) fn analyse_unless_endless(&self) -> Result<Option<Analysis>, Failure> {
         match self.scene.graph.analyse(&self.limits) {
             Ok(analysis) => Ok(Some(analysis)),
             Err(StatesError::Endless { .. }) => Ok(None),
             Err(error) => Err(self.failure(&error)),
         }
+    }
+
+    /// Bounds for states that are too many to be listed, and that of the root.
+    pub(crate) fn envelopes(&self) -> Result<(Envelopes, Aabb), Failure> {
+        let graph = &self.scene.graph;
+        let envelopes = Envelopes::new(graph.clone(), &self.bounds_limits());
+        let root = envelopes.refined_box(&graph.root_state(), FACE_STEPS);
+        let root = root.map_err(|error| bounds::failure(self, error))?;
+        Ok((envelopes, root))
     }
 
     /// Points at a recursion that never ends, if there is one.

@@ -3,7 +3,7 @@
 //! What the file does not say is chosen here. The choice depends on the solid alone and not on the engine or its boxes, so
 //! that these change no pixel.
 
-use csg_graph::{Analysis, AttributeTerm, Graph, Node};
+use csg_graph::{AttributeTerm, Graph, Node};
 use csg_graph_bounds::{Aabb, root_box};
 use csg_graph_grammar::Look;
 use csg_graph_trace::{Camera, Light, LightSource, RenderError, Sky, Sun, World, zoom};
@@ -12,12 +12,13 @@ use rayon::ThreadPool;
 use crate::args::Plan;
 use crate::engine::Prepared;
 use crate::load::Loaded;
+use crate::regime::Regime;
 use crate::{Failure, bounds};
 
 /// A scene ready to be rendered.
 pub(crate) struct Stage<'a> {
     pub(crate) loaded: &'a Loaded,
-    pub(crate) analysis: Analysis,
+    pub(crate) regime: Regime,
     pub(crate) prepared: Prepared<'a>,
     camera: Camera,
     lights: Vec<Light>,
@@ -26,15 +27,18 @@ pub(crate) struct Stage<'a> {
 impl<'a> Stage<'a> {
     /// Analyses the scene and makes an engine ready, for pictures with `aspect`, width over height.
     pub(crate) fn set(loaded: &'a Loaded, plan: Plan, aspect: f64) -> Result<Self, Failure> {
-        let analysis = loaded.analyse()?;
-        let prepared = Prepared::new(loaded, &analysis, plan)?;
+        let regime = Regime::of(loaded, plan)?;
+        let prepared = Prepared::new(loaded, &regime, plan)?;
         let framed = || {
+            if let Regime::Vast(_) = regime {
+                return loaded.envelopes().map(|(_, root)| root);
+            }
             let root = root_box(&loaded.scene.graph, &loaded.bounds_limits());
             root.map(|root| root.aabb).map_err(|error| bounds::failure(loaded, error))
         };
         let camera = camera(&loaded.scene.look, aspect, framed)?;
         let lights = lights(&loaded.scene.look, &loaded.scene.graph, &camera);
-        Ok(Self { loaded, analysis, prepared, camera, lights })
+        Ok(Self { loaded, regime, prepared, camera, lights })
     }
 
     pub(crate) fn world(&self) -> World<'_> {

@@ -394,7 +394,7 @@ fn mistakes_in_the_input_end_with_1() {
         (&["check", tower, "--set", "n=3+"], "error"),
         (&["check", tower, "--seed", "3"], "nothing in it is random"),
         (&["check", tower, "--set", "n=4"], "singular"),
-        (&["check", tower, "--max-states", "10"], "--max-states"),
+        (&["render", tower, "--engine", "reference", "--max-states", "10"], "raise --max-states"),
         (&["bounds", tower, "--max-steps", "10"], "--max-steps allows 10"),
         (&["bounds", sympodial, "--set", "cnt=60"], "--max-steps allows"),
         (&["bounds", sympodial, "--plot", "missing/growth.svg"], "cannot write it"),

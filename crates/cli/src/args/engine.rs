@@ -24,6 +24,19 @@ pub struct EngineArgs {
     /// more.
     #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = bytes)]
     pub budget: Option<usize>,
+    /// Do not look into parts that cover less than so many pixels; without it 1 where the states do not fit into memory or
+    /// the recursion never ends, and else 0
+    ///
+    /// What stands for such a part is its box, which shows the paint of something in it; silhouettes are off by no more
+    /// than that. With 0 everything is looked into. For the fast engine.
+    #[arg(long, value_name = "PIXELS", allow_hyphen_values = true, value_parser = pixels)]
+    pub detail: Option<f64>,
+    /// Memory for scenes whose states cannot all be listed, and for those that are: bytes, or with a suffix K, M or G of
+    /// 1024 each
+    ///
+    /// With less, parts are made again more often. The picture is the same for any.
+    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, default_value = "1G", value_parser = bytes)]
+    pub memory: usize,
     /// Voxels along the longest side of the grid; without it as many as suit the number of primitives
     ///
     /// There are fewer where they would take more than half of the budget.
@@ -65,7 +78,7 @@ pub enum BoxesArg {
 }
 
 /// The engine that is to be made ready, and with what.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Plan {
     Reference {
         /// The boxes that were asked for, if any were.
@@ -74,6 +87,9 @@ pub(crate) enum Plan {
     },
     Fast {
         budget: usize,
+        /// Pixels that parts must cover to be looked into.
+        detail: Option<f64>,
+        memory: usize,
     },
     Grid {
         resolution: Option<u32>,
@@ -109,6 +125,12 @@ impl EngineArgs {
                 "--resolution is about voxels, which only --engine grid has".to_owned(),
             ));
         }
+        if self.detail.is_some() && engine != EngineArg::Fast {
+            let asked = of_reference.map_or_else(|| format!("--engine {engine}"), str::to_owned);
+            return Err(Failure::Usage(format!(
+                "--detail is about what the fast engine does not look into, and {asked} asks for another; leave one of the two out"
+            )));
+        }
         match engine {
             EngineArg::Reference if self.budget.is_some() => {
                 let asked = of_reference.unwrap_or("--engine reference");
@@ -117,7 +139,11 @@ impl EngineArgs {
                 )))
             }
             EngineArg::Reference => Ok(Plan::Reference { boxes: self.boxes, max_steps: self.limit.once() }),
-            EngineArg::Fast => Ok(Plan::Fast { budget: self.budget.unwrap_or(Accelerated::DEFAULT_BUDGET) }),
+            EngineArg::Fast => Ok(Plan::Fast {
+                budget: self.budget.unwrap_or(Accelerated::DEFAULT_BUDGET),
+                detail: self.detail,
+                memory: self.memory,
+            }),
             EngineArg::Grid => Ok(Plan::Grid {
                 resolution: self.resolution,
                 budget: self.budget.unwrap_or(Grid::DEFAULT_BUDGET),
@@ -146,6 +172,12 @@ impl fmt::Display for EngineArg {
             Self::Grid => "grid",
         })
     }
+}
+
+/// A part of a pixel, or some.
+fn pixels(text: &str) -> Result<f64, String> {
+    let pixels = text.parse().ok().filter(|pixels: &f64| (0.0..=64.0).contains(pixels));
+    pixels.ok_or_else(|| "write it as a number of pixels from 0 to 64, for example 0.5".to_owned())
 }
 
 /// A number of bytes, with or without a suffix.

@@ -89,7 +89,7 @@ fn sample(args: &BenchArgs, loaded: &Loaded, sweep: &Sweep, value: i32) -> Resul
             size = Size { width: side, height: side };
         }
         BUDGET => match &mut plan {
-            Plan::Fast { budget } | Plan::Grid { budget, .. } => {
+            Plan::Fast { budget, .. } | Plan::Grid { budget, .. } => {
                 *budget = power().ok_or_else(out_of_range)? as usize;
             }
             Plan::Reference { .. } => {

@@ -51,10 +51,10 @@ impl Checkpoint {
     ) -> Self {
         let Settings { width, height, samples, noise, view, integrator, bounces } = settings;
         let or_none = |value: Option<String>| value.unwrap_or_else(|| "none".to_owned());
-        let (budget, resolution) = match plan {
-            Plan::Reference { .. } => (None, None),
-            Plan::Fast { budget } => (Some(budget), None),
-            Plan::Grid { budget, resolution } => (Some(budget), resolution),
+        let (budget, resolution, detail, memory) = match plan {
+            Plan::Reference { .. } => (None, None, None, None),
+            Plan::Fast { budget, detail, memory } => (Some(budget), None, detail, Some(memory)),
+            Plan::Grid { budget, resolution } => (Some(budget), resolution, None, None),
         };
         let identity = [
             ("program", concat!("pcsg ", env!("CARGO_PKG_VERSION")).to_owned()),
@@ -70,6 +70,8 @@ impl Checkpoint {
             ("engine", stage.prepared.kind().to_string()),
             ("boxes", or_none(stage.prepared.method.map(|method| MethodArg::name(method).to_owned()))),
             ("budget", or_none(budget.map(|bytes| bytes.to_string()))),
+            ("detail", or_none(detail.map(|pixels| pixels.to_string()))),
+            ("memory", or_none(memory.map(|bytes| bytes.to_string()))),
             ("resolution", or_none(resolution.map(|voxels| voxels.to_string()))),
         ];
         Self {

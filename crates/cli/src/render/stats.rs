@@ -79,7 +79,7 @@ impl Stats {
             engine: prepared.kind().to_string(),
             boxes: prepared.method.map_or("none", MethodArg::name),
             bytes: prepared.bytes(),
-            primitives: stage.analysis.primitives.to_string(),
+            primitives: stage.regime.primitives(),
             rays: counters.rays,
             shadow_rays: counters.shadow_rays,
             box_tests: counters.box_tests,

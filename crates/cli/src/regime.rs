@@ -1,0 +1,61 @@
+//! Which of three regimes a scene is in, which decides how it is traced.
+//!
+//! - *Finite*: all states fit into memory. They are listed, each gets its exact box, and the graph is compiled as a whole.
+//! - *Vast*: the states do not fit, as where random numbers make every instance another one. What rays come to is compiled
+//!   when they come to it.
+//! - *Endless*: the recursion never ends, but shrinks. It is compiled in the same way, and rays do not look into what is too
+//!   small to be seen.
+
+use std::fmt;
+
+use csg_graph::{Analysis, StatesError};
+
+use crate::Failure;
+use crate::args::Plan;
+use crate::load::Loaded;
+
+/// What a listed state takes with its box, in bytes, or somewhat less.
+const STATE: usize = 1024;
+
+/// What is known of all states of a scene.
+pub(crate) enum Regime {
+    Finite(Box<Analysis>),
+    /// There are more than this many states.
+    Vast(usize),
+    Endless,
+}
+
+impl Regime {
+    /// Finds out, for an engine that is planned.
+    pub(crate) fn of(loaded: &Loaded, plan: Plan) -> Result<Self, Failure> {
+        let mut limits = loaded.limits;
+        if let Plan::Fast { memory, .. } = plan {
+            limits.states = limits.states.min(memory / STATE);
+        }
+        match loaded.scene.graph.analyse(&limits) {
+            Ok(analysis) => Ok(Self::Finite(Box::new(analysis))),
+            Err(StatesError::Endless { .. }) => Ok(Self::Endless),
+            Err(StatesError::TooMany { limit, .. }) => Ok(Self::Vast(limit)),
+            Err(error) => Err(loaded.failure(&error)),
+        }
+    }
+
+    /// The number of primitives, in words if nobody can count them.
+    pub(crate) fn primitives(&self) -> String {
+        match self {
+            Self::Finite(analysis) => analysis.primitives.to_string(),
+            Self::Vast(_) => "uncounted".to_owned(),
+            Self::Endless => "endless".to_owned(),
+        }
+    }
+}
+
+impl fmt::Display for Regime {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Finite(_) => "finite",
+            Self::Vast(_) => "vast",
+            Self::Endless => "endless",
+        })
+    }
+}

@@ -1,0 +1,102 @@
+//! Scenes whose states cannot be listed.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+/// 2⁴⁰ balls in a tree, no two alike.
+const TREE: &str = "{ n = 40; } TREE
+TREE if(n > 0, 2, 1)
+1: TREE -> sphere
+2: TREE -> {n = n - 1} move(0, 0, 2) uscale(0.6) (rotx(rand(20, 50)) TREE | rotx(rand(-50, -20)) TREE)
+         | scale(0.2, 0.2, 2) cylinder
+camera { eye = (9, 0, 2.5); target = (0, 0, 2.5); }
+image { width = 24; height = 24; samples = 1; }
+";
+
+/// A cube at one half of its size on top of a cube, and so on.
+const SPIRE: &str =
+    "{} SPIRE\nSPIRE -> cube | move(0, 0, 1.5) uscale(0.5) SPIRE\nimage { width = 24; height = 24; }\n";
+
+/// Runs the program; gives the exit code and both outputs.
+fn run(folder: &Path, args: &[&str]) -> (Option<i32>, String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pcsg"));
+    let output = command.current_dir(folder).args(args).output().expect("the program starts");
+    let text = |bytes| String::from_utf8(bytes).expect("the program speaks UTF-8");
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (name, text) in [("tree.pcsg", TREE), ("spire.pcsg", SPIRE)] {
+        fs::write(folder.path().join(name), text).expect("it can be written");
+    }
+    folder
+}
+
+#[test]
+fn check_tells_the_regime() {
+    let folder = folder();
+    let regime = |args: &[&str]| {
+        let (code, out, err) = run(folder.path(), &[&["check", "--format", "json"], args].concat());
+        assert_eq!((code, err.as_str()), (Some(0), ""));
+        let report: Value = serde_json::from_str(&out).expect("JSON");
+        (report["regime"].as_str().expect("a word").to_owned(), report)
+    };
+    assert_eq!(regime(&["tree.pcsg", "--set", "n=6"]).0, "finite");
+    assert_eq!(regime(&["spire.pcsg"]).0, "endless");
+    let (name, report) = regime(&["tree.pcsg", "--max-states", "5000"]);
+    assert_eq!((name.as_str(), &report["more_states_than"]), ("vast", &Value::from(5000)));
+    // No tree of this kind is higher than one whose limbs all stand upright.
+    let height = report["max"][2].as_f64().expect("a number");
+    assert!(height > 2.0 && height < 2.0 / (1.0 - 0.6) + 1.0, "{height}");
+}
+
+#[test]
+fn a_count_that_goes_up_is_doubted() {
+    let folder = folder();
+    let scene = TREE.replace("n - 1", "n + 1").replace("rand(20, 50)", "20").replace("rand(-50, -20)", "-20");
+    fs::write(folder.path().join("up.pcsg"), scene).expect("it can be written");
+    let (code, out, err) = run(folder.path(), &["check", "up.pcsg", "--max-states", "5000"]);
+    assert_eq!(code, Some(0));
+    assert!(
+        out.contains("vast") && err.contains("warning") && err.contains("does the recursion end?"),
+        "{out}{err}"
+    );
+}
+
+#[test]
+fn pictures_do_not_depend_on_memory_or_threads() {
+    let folder = folder();
+    let render = |scene, args: &[&str]| {
+        let all = [&["render", scene, "-o", "a.png", "--max-states", "5000"], args].concat();
+        let (code, _, err) = run(folder.path(), &all);
+        assert_eq!((code, err.as_str()), (Some(0), ""), "{all:?}");
+        fs::read(folder.path().join("a.png")).expect("a picture")
+    };
+    for scene in ["tree.pcsg", "spire.pcsg"] {
+        let first = render(scene, &["--threads", "1"]);
+        assert!(first == render(scene, &["--threads", "8", "--memory", "64K"]), "{scene}");
+        assert!(first != render(scene, &["--detail", "6"]), "{scene}");
+    }
+    assert!(render("tree.pcsg", &[]) != render("tree.pcsg", &["--seed", "7"]));
+}
+
+#[test]
+fn engines_that_list_states_say_what_they_lack() {
+    let folder = folder();
+    for (args, expected) in [
+        (["tree.pcsg", "--engine", "reference"], "only the fast engine can trace what cannot be listed"),
+        (["spire.pcsg", "--engine", "grid"], "only the fast engine can trace what never ends"),
+    ] {
+        let (code, _, err) = run(folder.path(), &[&["render", "--max-states", "5000"], &args[..]].concat());
+        assert!(code == Some(1) && err.contains(expected), "{err}");
+    }
+    let (code, _, err) = run(folder.path(), &["render", "tree.pcsg", "--engine", "grid", "--detail", "1"]);
+    assert!(
+        code == Some(2) && err.contains("--detail is about what the fast engine does not look into"),
+        "{err}"
+    );
+}
