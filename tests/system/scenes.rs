@@ -1,16 +1,20 @@
-//! The corpus: every scene is right, in the standard layout, and agrees with its unfolded tree, unless it never ends.
+//! The corpus: every scene is right, in the standard layout, and agrees with its unfolded tree, unless it never ends; and
+//! what is too large to be listed is the same picture for any number of threads.
 
 use std::path::{Path, PathBuf};
 
 use csg_graph::{Limits, StatesError};
-use csg_graph_bounds::{Aabb, chain, conventional, exact};
+use csg_graph_bounds::{Aabb, Envelopes, chain, conventional, exact};
 use csg_graph_tests::repository;
-use csg_graph_trace::{Camera, Ray, Walk, brute};
+use csg_graph_trace::{
+    Accelerated, Camera, Engine, Film, Light, Ray, Settings, StateBounds, Walk, World, brute, render,
+};
 
 use crate::scene;
 
-/// Folders of scenes that end.
-pub(crate) const ENDING: [&str; 3] = ["scenes", "scenes/peers", "scenes/solids"];
+/// Folders of scenes that end: those of `scenes/vast` too, but only with [`smaller`] numbers can they be listed.
+pub(crate) const ENDING: [&str; 5] =
+    ["scenes", "scenes/nature", "scenes/peers", "scenes/solids", "scenes/vast"];
 
 /// The scenes of a folder, with their paths from `scenes` without an extension.
 pub(crate) fn corpus(folder: &str) -> Vec<(String, PathBuf)> {
@@ -35,6 +39,17 @@ pub(crate) fn smaller(name: &str) -> Vec<String> {
         "sympodial" | "peers/sympodial" => vec!["cnt = 2".to_owned()],
         "sierpinski" | "peers/sierpinski" | "peers/sierpinski_tet" => vec!["n = 3".to_owned()],
         "cheese" | "solids/plate" => vec!["n = 2".to_owned()],
+        "city" => vec!["n = 1".to_owned()],
+        "gasket" => vec!["n = 3".to_owned()],
+        "nature/clouds" => vec!["n = 1".to_owned()],
+        "nature/coral" => vec!["n = 3".to_owned()],
+        "nature/fir" => vec!["n = 2".to_owned(), "m = 2".to_owned()],
+        "nature/oak" => vec!["n = 3".to_owned()],
+        "nature/shell" => vec!["n = 20".to_owned(), "inside = 4".to_owned()],
+        "vast/forest" => ["n = 1", "rough = 1", "h01 = 4", "h11 = 3", "m = 2", "whorls = 2", "grass = 1"]
+            .map(str::to_owned)
+            .to_vec(),
+        "vast/terrain" => vec!["n = 3".to_owned()],
         "daylight" => vec!["cnt = 2".to_owned(), "field = 2".to_owned()],
         "still_life" => vec!["n = 2".to_owned(), "cones = 4".to_owned()],
         "bush" => vec!["n = 1".to_owned(), "stems = 3".to_owned(), "petals = 9".to_owned()],
@@ -66,8 +81,9 @@ fn every_scene_is_sound_and_in_the_standard_layout() {
                 .unwrap_or_else(|mistakes| panic!("{name}: {mistakes:?}"));
             assert!(lowered.warnings.is_empty(), "{name}: {:?}", lowered.warnings);
             match lowered.scene.graph.analyse(&Limits::default()) {
-                Ok(_) => assert!(ENDING.contains(&folder), "{name}"),
+                Ok(_) => assert!(ENDING.contains(&folder) && folder != "scenes/vast", "{name}"),
                 Err(StatesError::Endless { .. }) => assert_eq!(folder, "scenes/endless", "{name}"),
+                Err(StatesError::TooMany { .. }) => assert_eq!(folder, "scenes/vast", "{name}"),
                 Err(error) => panic!("{name}: {error}"),
             }
             let printed = csg_graph_grammar::print(&csg_graph_grammar::parse(&source).tree);
@@ -138,13 +154,14 @@ fn conventional_boxes_of_scenes_enclose_those_of_chains_and_these_the_exact_ones
 #[test]
 fn every_endless_scene_has_the_box_of_its_attractor() {
     let known = |name: &str| match name {
+        "endless/koch" => Some(([-3.0; 3], [3.0; 3])),
         "endless/sierpinski" | "endless/menger" => Some(([-1.0; 3], [1.0; 3])),
         "endless/dragon" => Some(([-1.0 / 3.0, -1.0 / 3.0, 0.0], [7.0 / 6.0, 2.0 / 3.0, 0.0])),
         "endless/fern" => None,
         _ => panic!("{name} has no known box"),
     };
     let scenes = corpus("scenes/endless");
-    assert_eq!(scenes.len(), 4);
+    assert_eq!(scenes.len(), 5);
     for (name, _) in scenes {
         let graph = scene(&name, &[]).graph;
         let found = exact(&graph, &csg_graph_bounds::Limits::default()).unwrap();
@@ -155,6 +172,47 @@ fn every_endless_scene_has_the_box_of_its_attractor() {
             assert!(found.root.encloses(known), "{name}: {:?}", found.root);
             let off = (found.root.min - known.min).abs().max((found.root.max - known.max).abs());
             assert!(off.max_element() < 1e-11, "{name}: {:?}", found.root);
+        }
+    }
+}
+
+/// A small picture of a scene as it is, compiled as rays come to it.
+fn on_demand(scene: &csg_graph_grammar::Scene, threads: usize) -> Film {
+    let envelopes = Envelopes::new(scene.graph.clone(), &csg_graph_bounds::Limits::default());
+    let engine = Accelerated::on_demand(scene.graph.clone(), StateBounds::Envelopes(envelopes), 64 << 20)
+        .expect("the root can be evaluated")
+        .with_detail(0.5);
+    let asked = scene.look.camera;
+    let camera = Camera {
+        eye: asked.eye.expect("the boxes of such scenes are too large to frame them"),
+        target: asked.target.expect("the boxes of such scenes are too large to frame them"),
+        up: glam::DVec3::Z,
+        fov: Camera::DEFAULT_FOV,
+    };
+    let world = World {
+        engine: Engine::Fast(&engine),
+        camera,
+        lights: vec![Light::over_shoulder(&camera)],
+        background: World::DEFAULT_BACKGROUND,
+    };
+    let settings = Settings { width: 12, height: 8, samples: 1, ..Settings::default() };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
+    pool.install(|| render(&world, &settings, &|_| {})).expect("the scene renders").0
+}
+
+#[test]
+fn any_number_of_threads_makes_the_same_picture_of_a_vast_scene() {
+    for (name, _) in corpus("scenes/vast") {
+        let set = match name.as_str() {
+            "vast/forest" => vec!["m = 2".to_owned(), "whorls = 5".to_owned()],
+            "vast/terrain" => vec!["n = 9".to_owned()],
+            _ => vec![],
+        };
+        let scene = scene(&name, &set);
+        let one = on_demand(&scene, 1);
+        assert!(one.pixels().iter().any(|pixel| *pixel != one.pixels()[0]), "{name} is not seen");
+        for threads in [2, 8] {
+            assert!(one == on_demand(&scene, threads), "{name}: {threads} threads");
         }
     }
 }

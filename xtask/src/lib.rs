@@ -3,6 +3,7 @@
 pub mod agree;
 mod example;
 pub mod figures;
+pub mod gallery;
 pub mod golden;
 pub mod peers;
 pub mod prove;

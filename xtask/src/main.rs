@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use csg_graph_cli::Command;
-use xtask::{agree, figures, golden, peers, prove, repository, solids};
+use xtask::{agree, figures, gallery, golden, peers, prove, repository, solids};
 
 /// The commands of pcsg without an installation, and the chores of this repository
 #[derive(Debug, Parser)]
@@ -32,6 +32,12 @@ enum Chore {
         #[arg(long)]
         check: bool,
     },
+    /// Render the pictures of docs/gallery.md again: what its commands make. Some take minutes
+    Gallery {
+        /// Only the pictures with these names, without .png
+        #[arg(value_name = "NAME")]
+        only: Vec<String>,
+    },
     /// Sample surface points of random graphs, and show that no bounding volume cuts one off
     Prove(prove::Options),
     /// Trace a million rays through each of many scenes by all engines, and show that they agree
@@ -47,6 +53,7 @@ fn main() -> ExitCode {
         Chore::Pcsg(command) => csg_graph_cli::run(command),
         Chore::Golden { bless } => golden_images(&bless),
         Chore::Figures { check } => figures::run(&repository(), check),
+        Chore::Gallery { only } => gallery::run(&repository(), &only),
         Chore::Prove(options) => prove::run(&options),
         Chore::Agree(options) => agree::run(&options),
         Chore::Solids(options) => solids::run(&options),
