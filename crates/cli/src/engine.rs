@@ -18,9 +18,6 @@ const AFFORDABLE_CHAIN: u32 = 2_000_000;
 /// a hundredth, and it takes a third of the time of the least ones.
 const GAP: f64 = 1e-2;
 
-/// How much of a pixel a part has to cover to be looked into, where not everything can be.
-const DETAIL: f64 = 1.0;
-
 /// An engine, ready.
 pub(crate) struct Prepared<'a> {
     structure: Structure<'a>,
@@ -51,14 +48,15 @@ impl<'a> Prepared<'a> {
                 ));
             }
             (Plan::Fast { detail, memory, .. }, Regime::Vast(_) | Regime::Endless) => {
-                let bounds = match regime {
-                    Regime::Endless => StateBounds::Exact(Box::new(exact_boxes(loaded)?)),
-                    _ => StateBounds::Envelopes(Box::new(loaded.envelopes()?.0)),
+                let (bounds, usual_detail) = match regime {
+                    Regime::Endless => (StateBounds::Exact(Box::new(exact_boxes(loaded)?)), 0.5),
+                    // Envelopes are about twice as large as what is in them.
+                    _ => (StateBounds::Envelopes(Box::new(loaded.envelopes()?.0)), 1.0),
                 };
                 let bounding_time = start.elapsed();
                 let compiled = Accelerated::on_demand(graph.clone(), bounds, memory)
                     .map_err(|error| loaded.failure(&error.into()))?
-                    .with_detail(detail.unwrap_or(DETAIL));
+                    .with_detail(detail.unwrap_or(usual_detail));
                 (Some(MethodArg::Exact), Structure::Compiled(Box::new(compiled)), bounding_time)
             }
             (Plan::Reference { .. } | Plan::Grid { .. }, Regime::Vast(limit)) => {

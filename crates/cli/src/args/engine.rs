@@ -24,8 +24,8 @@ pub struct EngineArgs {
     /// more.
     #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = bytes)]
     pub budget: Option<usize>,
-    /// Do not look into parts that cover less than so many pixels; without it 1 where the states do not fit into memory or
-    /// the recursion never ends, and else 0
+    /// Do not look into parts that cover less than so many pixels; without it 1 where the states do not fit into memory,
+    /// 0.5 where the recursion never ends, and else 0
     ///
     /// What stands for such a part is its box, which shows the paint of something in it; silhouettes are off by no more
     /// than that. With 0 everything is looked into. For the fast engine.
