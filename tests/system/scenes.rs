@@ -179,9 +179,10 @@ fn every_endless_scene_has_the_box_of_its_attractor() {
 /// A small picture of a scene as it is, compiled as rays come to it.
 fn on_demand(scene: &csg_graph_grammar::Scene, threads: usize) -> Film {
     let envelopes = Envelopes::new(scene.graph.clone(), &csg_graph_bounds::Limits::default());
-    let engine = Accelerated::on_demand(scene.graph.clone(), StateBounds::Envelopes(envelopes), 64 << 20)
-        .expect("the root can be evaluated")
-        .with_detail(0.5);
+    let engine =
+        Accelerated::on_demand(scene.graph.clone(), StateBounds::Envelopes(Box::new(envelopes)), 64 << 20)
+            .expect("the root can be evaluated")
+            .with_detail(0.5);
     let asked = scene.look.camera;
     let camera = Camera {
         eye: asked.eye.expect("the boxes of such scenes are too large to frame them"),
