@@ -7,6 +7,7 @@ pub mod gallery;
 pub mod golden;
 pub mod peers;
 pub mod prove;
+pub mod seeds;
 pub mod solids;
 
 use std::path::{Path, PathBuf};

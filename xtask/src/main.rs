@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use csg_graph_cli::Command;
-use xtask::{agree, figures, gallery, golden, peers, prove, repository, solids};
+use xtask::{agree, figures, gallery, golden, peers, prove, repository, seeds, solids};
 
 /// The commands of pcsg without an installation, and the chores of this repository
 #[derive(Debug, Parser)]
@@ -42,6 +42,8 @@ enum Chore {
     Prove(prove::Options),
     /// Trace a million rays through each of many scenes by all engines, and show that they agree
     Agree(agree::Options),
+    /// Compare the envelopes of random scenes with exact boxes for a million seeds, and show that they enclose them
+    Seeds(seeds::Options),
     /// Count what the fast engine and pure span evaluation test in scenes/solids
     Solids(solids::Options),
     /// Trace the scenes of scenes/peers in turn with a program over Embree, and print the ratios of their speeds
@@ -56,6 +58,7 @@ fn main() -> ExitCode {
         Chore::Gallery { only } => gallery::run(&repository(), &only),
         Chore::Prove(options) => prove::run(&options),
         Chore::Agree(options) => agree::run(&options),
+        Chore::Seeds(options) => seeds::run(&options),
         Chore::Solids(options) => solids::run(&options),
         Chore::Peers(options) => peers::run(&options),
     }

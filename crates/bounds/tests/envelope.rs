@@ -6,16 +6,18 @@
 mod chance;
 #[expect(dead_code, reason = "other tests use the rest")]
 mod common;
+#[path = "../examples/seeds/sweep/expansion.rs"]
+#[expect(dead_code, reason = "whether parts are left is of no interest here")]
+mod expansion;
 
 use std::collections::HashMap;
 
 use chance::{Chance, stochastic_sierpinski, terrain, thinning, tree, vine};
 use common::{Recipe, Term, recipes, union_recipes};
-use csg_graph::{
-    Expr, Function, Graph, NodeId, Operator, ParamId, PrimitiveKind, State, Step, TransformKind,
-};
-use csg_graph_bounds::{Aabb, BoundsError, Envelope, Envelopes, Limits, Round, Slabs, Volume, exact};
-use glam::{DAffine3, DVec3};
+use csg_graph::{Expr, Function, Graph, NodeId, Operator, ParamId, PrimitiveKind, State, TransformKind};
+use csg_graph_bounds::{Aabb, BoundsError, Envelope, Envelopes, Limits, Round, Slabs, exact};
+use expansion::expand;
+use glam::DVec3;
 use proptest::prelude::*;
 
 /// What the tests' own arithmetic may err.
@@ -294,41 +296,6 @@ fn half_spaces_cut_where_they_lie_along_planes() {
     assert!((cut.support(DVec3::NEG_Z) - 0.25).abs() < 1e-9);
 }
 
-/// The box of a state after the largest parts were expanded, until there are so many.
-fn expanded(graph: &Graph, envelopes: &Envelopes, parts: usize) -> Aabb {
-    let bounds = |world_from_state: &DAffine3, state: &State| {
-        let envelope = envelopes.of(state).unwrap();
-        let DAffine3 { matrix3, translation } = world_from_state;
-        Aabb::from_support(|d| d.dot(*translation) + envelope.support(matrix3.transpose() * d))
-    };
-    let root = graph.root_state();
-    let mut open = vec![(bounds(&DAffine3::IDENTITY, &root), DAffine3::IDENTITY, root)];
-    let mut done = Aabb::EMPTY;
-    while open.len() < parts {
-        let area = |index: &usize| open[*index].0.surface_area();
-        let Some(largest) = (0..open.len()).max_by(|a, b| area(a).total_cmp(&area(b))) else { break };
-        let (_, mut world_from_state, mut state) = open.swap_remove(largest);
-        loop {
-            match graph.step(&state).unwrap() {
-                Step::Transform(state_from_below, below) => {
-                    world_from_state *= state_from_below.to_affine();
-                    state = below;
-                }
-                Step::Select(below) | Step::Calculate(below) => state = below,
-                Step::Operator(Operator::Union, operands) => {
-                    open.extend(operands.map(|s| (bounds(&world_from_state, &s), world_from_state, s)));
-                    break;
-                }
-                _ => {
-                    done = done.join(bounds(&world_from_state, &state));
-                    break;
-                }
-            }
-        }
-    }
-    open.into_iter().fold(done, |all, (bounds, ..)| all.join(bounds))
-}
-
 /// The median ratios of surface areas to those of exact boxes: directly, and after one expansion.
 fn looseness(solid: impl Fn(u32) -> Graph) -> [f64; 2] {
     let mut ratios = [Vec::new(), Vec::new()];
@@ -338,7 +305,8 @@ fn looseness(solid: impl Fn(u32) -> Graph) -> [f64; 2] {
         let exact = exact(&graph, &Limits::default()).unwrap().root.surface_area();
         let direct = envelopes.of(&graph.root_state()).unwrap().aabb();
         ratios[0].push(direct.surface_area() / exact);
-        ratios[1].push(expanded(&graph, &envelopes, 100).surface_area() / exact);
+        let expansion = expand(&graph, &envelopes, &graph.root_state(), 100).unwrap();
+        ratios[1].push(expansion.bounds.surface_area() / exact);
     }
     ratios.map(|mut ratios| {
         ratios.sort_by(f64::total_cmp);
