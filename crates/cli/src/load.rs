@@ -100,6 +100,11 @@ impl Loaded {
         let envelopes = Envelopes::new(graph.clone(), &self.bounds_limits());
         let root = envelopes.refined_box(&graph.root_state(), FACE_STEPS);
         let root = root.map_err(|error| bounds::failure(self, error))?;
+        if !root.is_bounded() {
+            return Err(self.refused(
+                "it has more states than are listed, and without a list its parts may be anywhere; raise --max-states",
+            ));
+        }
         Ok((envelopes, root))
     }
 
