@@ -101,3 +101,12 @@ fn engines_that_list_states_say_what_they_lack() {
         "{err}"
     );
 }
+
+#[test]
+fn recursion_to_nothing_is_an_error() {
+    let folder = folder();
+    let scene = "{} A\nA -> uscale(0.5) A\nimage { width = 8; height = 8; }\n";
+    fs::write(folder.path().join("nothing.pcsg"), scene).expect("it can be written");
+    let (code, _, err) = run(folder.path(), &["render", "nothing.pcsg"]);
+    assert!(code == Some(1) && err.contains("leads on and on"), "{err}");
+}

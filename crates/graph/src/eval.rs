@@ -112,6 +112,9 @@ pub enum Fault {
     /// A transformation maps space onto a plane, a line or a point, or beyond what numbers hold.
     #[error("the transformation {0} is singular: it cannot be undone")]
     Singular(String),
+    /// A recursion leads on and on, and to no solid.
+    #[error("the recursion leads on and on, and to no solid")]
+    Nothing,
     /// An attribute is not in its range.
     #[error("{} is {value}, and it is {}", term.name(), Allowed(*.term))]
     OutOfRange {

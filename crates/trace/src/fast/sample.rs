@@ -7,14 +7,15 @@
 
 use csg_graph::{AttributeTerm, EvalError, Graph, Node, NodeId, Operator, Primitive, State, Step};
 use csg_graph_bounds::{Aabb, Shape};
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DVec3};
 
 use super::compile::{Compiled, Content, Gate};
+use super::states::inverse;
 use super::tree::{self, Child, WIDTH};
 use crate::{Ray, shapes};
 
-/// Recursion that has shown no primitive after so many operators has hardly any to show.
-const OPERATORS: u32 = 2048;
+/// Recursion that has shown no primitive after so many operators or S-nodes has hardly any to show.
+const FAR: u32 = 2048;
 
 /// A primitive of a part.
 #[derive(Clone, Debug)]
@@ -147,6 +148,7 @@ impl Sample {
         loop {
             sample.node = state.node();
             state = match graph.step(&state)? {
+                Step::Select(_) if sample.depth == FAR => return Ok(sample),
                 Step::Select(below) => {
                     sample.depth += 1;
                     below
@@ -157,15 +159,10 @@ impl Sample {
                     below
                 }
                 Step::Transform(parent_from_child, below) => {
-                    let [x, y, z] = DVec3::AXES.map(|axis| parent_from_child.inverse_vector(axis));
-                    let child_from_parent = DAffine3 {
-                        matrix3: DMat3::from_cols(x, y, z),
-                        translation: parent_from_child.inverse_point(DVec3::ZERO),
-                    };
-                    sample.shape_from_part = child_from_parent * sample.shape_from_part;
+                    sample.shape_from_part = inverse(&parent_from_child) * sample.shape_from_part;
                     below
                 }
-                Step::Operator(..) if operators == OPERATORS => return Ok(sample),
+                Step::Operator(..) if operators == FAR => return Ok(sample),
                 Step::Operator(Operator::Union, operands) => {
                     operators += 1;
                     let drawn = dice.draw(operands.iter().map(|operand| parts.of(operand.node())));

@@ -9,12 +9,15 @@
 
 use std::cell::OnceCell;
 
-use csg_graph::{AttributeTerm, EvalError, Graph, Node, Operator, Primitive, State, Step};
+use csg_graph::{AttributeTerm, EvalError, Fault, Graph, Node, Operator, Primitive, State, Step, Transform};
 use csg_graph_bounds::{Aabb, Shape};
 use glam::{DAffine3, DMat3, DVec3};
 use rustc_hash::FxHashMap;
 
 use super::bounds::{Bounds, Extent};
+
+/// The most S-nodes that may follow each other without an operator. Where all states are listed there are never as many.
+const LONGEST: u32 = 5_000_000;
 
 /// States with their numbers, those that are not resolved yet among them.
 pub(crate) struct States<'a> {
@@ -137,6 +140,7 @@ impl<'a> States<'a> {
             state = match self.graph.node(state.node()) {
                 Node::Operator(_) | Node::Primitive(_) => break,
                 _ => match self.graph.step(&state)? {
+                    Step::Select(_) if place.depth == LONGEST => return Err(self.nothing(&state)),
                     Step::Select(below) => {
                         place.depth += 1;
                         place.symbol = self.bounds.index_of(&state);
@@ -148,13 +152,8 @@ impl<'a> States<'a> {
                         below
                     }
                     Step::Transform(parent_from_child, below) => {
-                        let [x, y, z] = DVec3::AXES.map(|axis| parent_from_child.inverse_vector(axis));
-                        let child_from_parent = DAffine3 {
-                            matrix3: DMat3::from_cols(x, y, z),
-                            translation: parent_from_child.inverse_point(DVec3::ZERO),
-                        };
                         place.above_from_target *= parent_from_child.to_affine();
-                        place.target_from_above = child_from_parent * place.target_from_above;
+                        place.target_from_above = inverse(&parent_from_child) * place.target_from_above;
                         below
                     }
                     other => unreachable!("{other:?} is not followed"),
@@ -163,6 +162,13 @@ impl<'a> States<'a> {
         }
         place.target = self.number(state);
         Ok(place)
+    }
+
+    /// That there is no solid where a state leads.
+    fn nothing(&self, state: &State) -> EvalError {
+        let node = state.node();
+        let at = csg_graph::Place { node, expr: None, label: self.graph.node_name(node) };
+        EvalError { at, fault: Fault::Nothing, values: self.graph.live_values(state) }
     }
 
     /// The number of the state of an operator or a primitive.
@@ -258,6 +264,13 @@ impl Place {
             paint: self.paint.iter().chain(&below.paint).copied().collect(),
         }
     }
+}
+
+/// The map back, as rays take it.
+pub(super) fn inverse(parent_from_child: &Transform) -> DAffine3 {
+    let [x, y, z] = DVec3::AXES.map(|axis| parent_from_child.inverse_vector(axis));
+    let translation = parent_from_child.inverse_point(DVec3::ZERO);
+    DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation }
 }
 
 fn index(index: usize) -> u32 {
