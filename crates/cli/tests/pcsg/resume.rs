@@ -1,40 +1,33 @@
 //! Long renders: stopped by Ctrl-C, gone on with, and stopped by themselves where there is no more noise.
 
-#![cfg(unix)]
-
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
 use serde_json::Value;
 
+use crate::{files, json, pcsg, run_in, scene};
+
 /// A picture that takes a second or two.
 const PICTURE: [&str; 6] = ["--size", "96x72", "--samples", "300", "--set", "cnt=6"];
 
-fn sympodial() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/sympodial.pcsg")
-}
-
-fn command(folder: &Path, args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_pcsg"));
-    command.current_dir(folder).arg("render").args(args);
-    command
-}
-
-/// The exit code and what is said to people.
-fn run(folder: &Path, args: &[&str]) -> (Option<i32>, String) {
-    let output = command(folder, args).output().expect("the program starts");
-    assert!(output.stdout.is_empty());
-    (output.status.code(), String::from_utf8(output.stderr).expect("the program speaks UTF-8"))
+/// The exit code of `pcsg render`, and what is said to people.
+fn render(folder: &Path, args: &[&str]) -> (i32, String) {
+    let (code, out, err, _) = run_in(folder, &[&["render"], args].concat());
+    assert!(out.is_empty());
+    (code, err)
 }
 
 /// Renders and presses Ctrl-C in the middle; gives what is said.
 fn interrupt(folder: &Path, args: &[&str]) -> String {
     let mut delay = Duration::from_millis(150);
     loop {
-        let child = command(folder, args).stderr(Stdio::piped()).spawn().expect("the program starts");
+        let child = pcsg(folder, &[&["render"], args].concat())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
         sleep(delay);
         let pid = child.id().to_string();
         Command::new("kill").args(["-INT", &pid]).status().expect("there is a kill command");
@@ -48,24 +41,10 @@ fn interrupt(folder: &Path, args: &[&str]) -> String {
     }
 }
 
-fn files(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).expect("the folder is there");
-    let name = |entry: std::io::Result<fs::DirEntry>| {
-        entry.expect("it can be read").file_name().to_string_lossy().into_owned()
-    };
-    let mut files: Vec<_> = entries.map(name).collect();
-    files.sort();
-    files
-}
-
-fn json(path: &Path) -> Value {
-    serde_json::from_slice(&fs::read(path).expect("the file is there")).expect("it is JSON")
-}
-
 /// A copy of the scene, alone in a folder.
 fn folder_with_scene() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    fs::copy(sympodial(), folder.path().join("s.pcsg")).expect("the corpus has the scene");
+    fs::copy(scene("sympodial.pcsg"), folder.path().join("s.pcsg")).expect("the corpus has the scene");
     folder
 }
 
@@ -92,9 +71,9 @@ fn an_interrupted_picture_goes_on_to_the_same_bytes() {
         assert!(taken_so_far < 96 * 72 * 300);
 
         let resumed = [&args(threads[1])[..], &["--resume"]].concat();
-        assert_eq!(run(folder.path(), &resumed), (Some(0), String::new()));
+        assert_eq!(render(folder.path(), &resumed), (0, String::new()));
         assert!(!folder.path().join(&part).exists(), "it is of no more use");
-        assert_eq!(run(whole.path(), &args("2")), (Some(0), String::new()));
+        assert_eq!(render(whole.path(), &args("2")), (0, String::new()));
         let [picture, expected] = [&folder, &whole].map(|folder| fs::read(folder.path().join(file)).unwrap());
         assert!(picture == expected, "{file} differs");
         assert!(picture != so_far, "the picture of what there was is not the whole");
@@ -114,8 +93,8 @@ fn only_the_same_picture_goes_on() {
     let part = folder.path().join("a.png.part");
     let kept = fs::read(&part).unwrap();
     let refused = |args: &[&str], reason: &str| {
-        let (code, said) = run(folder.path(), args);
-        assert_eq!(code, Some(1), "{said}");
+        let (code, said) = render(folder.path(), args);
+        assert_eq!(code, 1, "{said}");
         assert!(said.contains("a.png.part") && said.contains(reason), "{said}");
     };
 
@@ -162,7 +141,7 @@ fn only_the_same_picture_goes_on() {
     // Without a checkpoint, the picture is begun.
     fs::remove_file(&part).unwrap();
     let quick = ["s.pcsg", "-o", "b.png", "--size", "8x8", "--samples", "1", "--resume"];
-    assert_eq!(run(folder.path(), &quick), (Some(0), String::new()));
+    assert_eq!(render(folder.path(), &quick), (0, String::new()));
     assert_eq!(files(folder.path()), ["a.png", "b.png", "s.pcsg"]);
 }
 
@@ -171,16 +150,16 @@ fn noise_is_the_same_on_any_number_of_threads_and_leaves_its_samples_in_a_layer(
     use exr::prelude::*;
 
     let folder = folder_with_scene();
-    let render = |threads: &str, engine: &str, file: &str| {
+    let noisy = |threads: &str, engine: &str, file: &str| {
         let args = [
             &["s.pcsg", "-o", file, "--stats", "a.json", "--threads", threads, "--engine", engine][..],
             &["--size", "64x48", "--set", "cnt=3", "--noise", "4", "--samples", "100"],
         ];
-        assert_eq!(run(folder.path(), &args.concat()), (Some(0), String::new()));
+        assert_eq!(render(folder.path(), &args.concat()), (0, String::new()));
         (fs::read(folder.path().join(file)).unwrap(), json(&folder.path().join("a.json")))
     };
-    let (picture, stats) = render("1", "fast", "a.exr");
-    let (again, stats_again) = render("2", "fast", "b.exr");
+    let (picture, stats) = noisy("1", "fast", "a.exr");
+    let (again, stats_again) = noisy("2", "fast", "b.exr");
     assert!(picture == again && stats["samples_taken"] == stats_again["samples_taken"]);
     assert_eq!((&stats["samples"], &stats["noise"]), (&100.into(), &4.0.into()));
     assert_eq!(stats["samples_taken"], stats["rays"]);
@@ -208,14 +187,12 @@ fn noise_is_the_same_on_any_number_of_threads_and_leaves_its_samples_in_a_layer(
     // States have the numbers that `bounds` lists, whatever the engine.
     let states = layer("a.exr", "state");
     for engine in ["reference", "grid"] {
-        render("2", engine, "c.exr");
+        noisy("2", engine, "c.exr");
         let pairs = states.iter().zip(layer("c.exr", "state"));
         assert!(pairs.filter(|(a, b)| *a != b).count() <= 1, "{engine}");
     }
-    let mut bounds = Command::new(env!("CARGO_BIN_EXE_pcsg"));
-    bounds.current_dir(folder.path()).args(["bounds", "s.pcsg", "--set", "cnt=3", "--method", "exact"]);
-    let listed: Value =
-        serde_json::from_slice(&bounds.args(["--format", "json"]).output().unwrap().stdout).unwrap();
+    let bounds = ["bounds", "s.pcsg", "--set", "cnt=3", "--method", "exact", "--format", "json"];
+    let listed: Value = serde_json::from_str(&run_in(folder.path(), &bounds).1).unwrap();
     let listed = listed["states"].as_array().unwrap();
     let symbol = |id: u32| {
         let state = listed.iter().find(|state| state["id"] == id);

@@ -1,10 +1,10 @@
 //! Scenes whose states cannot be listed.
 
 use std::fs;
-use std::path::Path;
-use std::process::Command;
 
 use serde_json::Value;
+
+use crate::run_in;
 
 /// 2⁴⁰ balls in a tree, no two alike.
 const TREE: &str = "{ n = 40; } TREE
@@ -20,14 +20,6 @@ image { width = 24; height = 24; samples = 1; }
 const SPIRE: &str =
     "{} SPIRE\nSPIRE -> cube | move(0, 0, 1.5) uscale(0.5) SPIRE\nimage { width = 24; height = 24; }\n";
 
-/// Runs the program; gives the exit code and both outputs.
-fn run(folder: &Path, args: &[&str]) -> (Option<i32>, String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_pcsg"));
-    let output = command.current_dir(folder).args(args).output().expect("the program starts");
-    let text = |bytes| String::from_utf8(bytes).expect("the program speaks UTF-8");
-    (output.status.code(), text(output.stdout), text(output.stderr))
-}
-
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for (name, text) in [("tree.pcsg", TREE), ("spire.pcsg", SPIRE)] {
@@ -40,8 +32,8 @@ fn folder() -> tempfile::TempDir {
 fn check_tells_the_regime() {
     let folder = folder();
     let regime = |args: &[&str]| {
-        let (code, out, err) = run(folder.path(), &[&["check", "--format", "json"], args].concat());
-        assert_eq!((code, err.as_str()), (Some(0), ""));
+        let (code, out, err, _) = run_in(folder.path(), &[&["check", "--format", "json"], args].concat());
+        assert_eq!((code, err.as_str()), (0, ""));
         let report: Value = serde_json::from_str(&out).expect("JSON");
         (report["regime"].as_str().expect("a word").to_owned(), report)
     };
@@ -59,8 +51,8 @@ fn a_count_that_goes_up_is_doubted() {
     let folder = folder();
     let scene = TREE.replace("n - 1", "n + 1").replace("rand(20, 50)", "20").replace("rand(-50, -20)", "-20");
     fs::write(folder.path().join("up.pcsg"), scene).expect("it can be written");
-    let (code, out, err) = run(folder.path(), &["check", "up.pcsg", "--max-states", "5000"]);
-    assert_eq!(code, Some(0));
+    let (code, out, err, _) = run_in(folder.path(), &["check", "up.pcsg", "--max-states", "5000"]);
+    assert_eq!(code, 0);
     assert!(
         out.contains("vast") && err.contains("warning") && err.contains("does the recursion of `TREE` end?"),
         "{out}{err}"
@@ -72,8 +64,8 @@ fn pictures_do_not_depend_on_memory_or_threads() {
     let folder = folder();
     let render = |scene, args: &[&str]| {
         let all = [&["render", scene, "-o", "a.png", "--max-states", "5000"], args].concat();
-        let (code, _, err) = run(folder.path(), &all);
-        assert_eq!((code, err.as_str()), (Some(0), ""), "{all:?}");
+        let (code, _, err, _) = run_in(folder.path(), &all);
+        assert_eq!((code, err.as_str()), (0, ""), "{all:?}");
         fs::read(folder.path().join("a.png")).expect("a picture")
     };
     for scene in ["tree.pcsg", "spire.pcsg"] {
@@ -92,14 +84,13 @@ fn engines_that_list_states_say_what_they_lack() {
         (["tree.pcsg", "--engine", "reference"], "only the fast engine can trace what cannot be listed"),
         (["spire.pcsg", "--engine", "grid"], "only the fast engine can trace what never ends"),
     ] {
-        let (code, _, err) = run(folder.path(), &[&["render", "--max-states", "5000"], &args[..]].concat());
-        assert!(code == Some(1) && err.contains(expected), "{err}");
+        let (code, _, err, _) =
+            run_in(folder.path(), &[&["render", "--max-states", "5000"], &args[..]].concat());
+        assert!(code == 1 && err.contains(expected), "{err}");
     }
-    let (code, _, err) = run(folder.path(), &["render", "tree.pcsg", "--engine", "grid", "--detail", "1"]);
-    assert!(
-        code == Some(2) && err.contains("--detail is about what the fast engine does not look into"),
-        "{err}"
-    );
+    let (code, _, err, _) =
+        run_in(folder.path(), &["render", "tree.pcsg", "--engine", "grid", "--detail", "1"]);
+    assert!(code == 2 && err.contains("--detail is about what the fast engine does not look into"), "{err}");
 }
 
 #[test]
@@ -107,6 +98,6 @@ fn recursion_to_nothing_is_an_error() {
     let folder = folder();
     let scene = "{} A\nA -> uscale(0.5) A\nimage { width = 8; height = 8; }\n";
     fs::write(folder.path().join("nothing.pcsg"), scene).expect("it can be written");
-    let (code, _, err) = run(folder.path(), &["render", "nothing.pcsg"]);
-    assert!(code == Some(1) && err.contains("leads on and on"), "{err}");
+    let (code, _, err, _) = run_in(folder.path(), &["render", "nothing.pcsg"]);
+    assert!(code == 1 && err.contains("leads on and on"), "{err}");
 }

@@ -1,17 +1,13 @@
 //! The counts in docs/bounds.md, and the remedy that it recommends.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
 
-fn repository() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
-}
+use crate::{path, pcsg, repository, scene};
 
 /// What `check` prints of a command's states: those of symbols, and of all nodes.
 fn states(command: &[&str]) -> [String; 2] {
-    let run = Command::new(env!("CARGO_BIN_EXE_pcsg")).args(command).current_dir(repository()).output();
-    let printed = String::from_utf8(run.expect("the program runs").stdout).expect("it prints text");
+    let output = pcsg(&repository("."), command).output().expect("the program starts");
+    let printed = String::from_utf8(output.stdout).expect("the program speaks UTF-8");
     let line = printed.lines().find(|line| line.trim_start().starts_with("states"));
     let line = line.unwrap_or_else(|| panic!("{command:?} counts no states"));
     let is_number = |c: char| c.is_ascii_digit() || c == ',';
@@ -21,7 +17,7 @@ fn states(command: &[&str]) -> [String; 2] {
 
 #[test]
 fn the_states_in_the_document_are_those_of_its_commands() {
-    let text = fs::read_to_string(repository().join("docs/bounds.md")).unwrap();
+    let text = fs::read_to_string(repository("docs/bounds.md")).unwrap();
     let block = text.split("```states\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     for line in block.lines() {
         let (command, counts) = line.split_once('#').unwrap();
@@ -34,10 +30,10 @@ fn the_states_in_the_document_are_those_of_its_commands() {
 
 #[test]
 fn counting_turns_leaves_as_few_states_as_there_are_turns() {
-    let text = fs::read_to_string(repository().join("docs/bounds.md")).unwrap();
+    let text = fs::read_to_string(repository("docs/bounds.md")).unwrap();
     let remedy = text.split("```pcsg\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     let (rule, limb) = remedy.split_once("\n\n").unwrap();
-    let scene = fs::read_to_string(repository().join("scenes/sympodial_width.pcsg")).unwrap();
+    let scene = fs::read_to_string(scene("sympodial_width.pcsg")).unwrap();
     let replace = |text: &str, from: &str, to: &str, by: &str| {
         let (before, rest) = text.split_once(from).unwrap();
         let (_, after) = rest.split_once(to).unwrap();
@@ -49,9 +45,8 @@ fn counting_turns_leaves_as_few_states_as_there_are_turns() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("turns.pcsg");
     fs::write(&file, counted).unwrap();
-    let path = file.to_str().unwrap();
     let [symbols, all] =
-        states(&["check", path, "--set", "cnt=20", "--set", "fW1=0.74", "--set", "fW2=0.87"]);
+        states(&["check", path(&file), "--set", "cnt=20", "--set", "fW1=0.74", "--set", "fW2=0.87"]);
     assert_eq!(symbols, "232");
     assert!(text.contains(&all), "the table lacks {all}");
 }
