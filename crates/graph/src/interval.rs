@@ -8,7 +8,7 @@
 //! A value that is not a number is an error wherever it is used, and is reported there. The range is that of the values
 //! that are numbers; where there is none it is empty.
 
-use crate::expr::HIDDEN;
+use crate::function::HIDDEN;
 use crate::{Binary, Function, NORMAL_REACH, Unary, angle};
 
 /// A closed interval of numbers: all x with `min` ≤ x ≤ `max`, infinities included.

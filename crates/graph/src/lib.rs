@@ -69,11 +69,13 @@ struct Readme;
 
 mod analysis;
 mod angle;
+mod arithmetic;
 mod build;
 mod dot;
 mod env;
 mod eval;
 mod expr;
+mod function;
 mod graph;
 mod hull;
 mod id;
@@ -89,10 +91,12 @@ mod validate;
 mod vocabulary;
 
 pub use analysis::Analysis;
+pub use arithmetic::{Binary, Unary};
 pub use build::GraphBuilder;
 pub use env::Env;
 pub use eval::{EvalError, Fault, Place, State, Step};
-pub use expr::{Binary, Expr, Function, Unary};
+pub use expr::Expr;
+pub use function::Function;
 pub use graph::Graph;
 pub use hull::{Face, HULL_POINTS, Hull, HullError};
 pub use id::{NodeId, ParamId};
