@@ -5,11 +5,13 @@
 #[path = "../examples/growth/sympodial.rs"]
 mod sympodial;
 
+#[path = "../examples/states/dag.rs"]
+mod dag;
+
 #[path = "../examples/states/solids.rs"]
 #[expect(dead_code, reason = "other tests use the rest")]
 mod solids;
 
-use std::convert::Infallible;
 use std::hash::{Hash, Hasher};
 
 use csg_graph::{
@@ -19,6 +21,7 @@ use csg_graph::{
 use csg_graph_bounds::{
     Aabb, BoundsError, ExactBoxes, Limits, Scene, Step, chain, conventional, exact, root_box,
 };
+use dag::Dag;
 use glam::{DAffine3, DVec3};
 use solids::{cone_tower, mapped, sierpinski};
 use sympodial::sympodial;
@@ -507,60 +510,21 @@ fn results_do_not_depend_on_hash_order() {
     }
 }
 
-/// A dag that was never a grammar: each level holds two smaller copies of the next, turned differently, and the states
-/// are numbers. Its unfolded tree has 2³⁰⁰⁰⁰ leaves.
-struct Dag(u32);
-
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-enum Place {
-    Level(u32),
-    Copy(u32, bool),
-}
-
-impl Scene for Dag {
-    type State = Place;
-    type Map = DAffine3;
-    type Shape = Aabb;
-    type Error = Infallible;
-
-    fn root(&self) -> Place {
-        Place::Level(self.0)
-    }
-
-    fn step(&self, place: &Place) -> Result<Step<Self>, Infallible> {
-        Ok(match *place {
-            Place::Level(0) => Step::Shape(Aabb::new(DVec3::NEG_ONE, DVec3::ONE)),
-            Place::Level(n) => Step::Union(vec![Place::Copy(n, false), Place::Copy(n, true)]),
-            Place::Copy(n, right) => {
-                let (angle, side) = if right { (0.8, 0.7) } else { (-0.5, -0.6) };
-                let turn = DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), angle);
-                let map = DAffine3::from_translation(DVec3::new(side, 0.2, 0.1))
-                    * turn
-                    * DAffine3::from_scale(DVec3::splat(0.6));
-                Step::Map(map, Place::Level(n - 1))
-            }
-        })
-    }
-
-    fn node(&self, place: &Place) -> usize {
-        usize::from(matches!(place, Place::Copy(..)))
-    }
-
-    fn node_count(&self) -> usize {
-        2
-    }
+/// Its unfolded tree has 2 to the power of `levels` leaves.
+fn dag(levels: u32) -> Dag {
+    Dag { levels, turns: [-0.5, 0.8] }
 }
 
 #[test]
 fn a_dag_of_90_000_states() {
-    let found = exact(&Dag(30_000), &Limits::default()).unwrap();
+    let found = exact(&dag(30_000), &Limits::default()).unwrap();
     assert_eq!(found.counts.states, 90_001);
     assert!(found.gap < 1e-10, "{}", found.gap);
     // Far from the leaves, one level more makes no difference.
-    assert!(off(found.root, exact(&Dag(100), &Limits::default()).unwrap().root) < 1e-9);
+    assert!(off(found.root, exact(&dag(100), &Limits::default()).unwrap().root) < 1e-9);
     // Close to them, the chain algorithm can do it: a cuboid is its point set.
-    let few = exact(&Dag(10), &Limits::default()).unwrap();
-    let chain = chain(&Dag(10), &Limits::default()).unwrap();
+    let few = exact(&dag(10), &Limits::default()).unwrap();
+    let chain = chain(&dag(10), &Limits::default()).unwrap();
     assert!(off(few.root, chain.root) < 1e-11);
     assert!(few.nodes.iter().zip(&chain.nodes).all(|(few, chain)| off(*few, *chain) < 1e-11));
     assert_eq!(few.into_hyper_boxes().nodes.len(), 2);
