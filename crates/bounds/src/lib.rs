@@ -208,6 +208,7 @@
 //! Robotics Research 8(1), 1989.
 
 mod aabb;
+mod best_first;
 mod boolean;
 mod chain;
 mod conventional;

@@ -23,7 +23,6 @@
 //! **Rounding.** Cells carry it as slack, see [`terms`](super::terms); the frame's turn by an only nearly orthonormal
 //! basis adds some ulps of the coordinates here, to cells and to what they reach.
 
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use glam::{DMat3, DVec3};
@@ -33,6 +32,7 @@ use super::cell::Cell;
 use super::enclosures::Enclosures;
 use super::sweeps::contexts;
 use super::terms::{Terms, Verdict};
+use crate::best_first::best_first;
 use crate::exact::Support;
 use crate::rounding::EVALUATION;
 use crate::{Aabb, ExactBoxes, Scene};
@@ -91,8 +91,8 @@ struct Open {
     term: u32,
 }
 
-/// An open cell in a queue, the largest key first; of equal ones, the last.
-#[derive(Clone, Copy, PartialEq)]
+/// An open cell in a queue.
+#[derive(Clone, Copy)]
 struct Queued {
     key: f64,
     open: usize,
@@ -399,16 +399,4 @@ impl CellCounts {
     }
 }
 
-impl Ord for Queued {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.key.total_cmp(&other.key).then(self.open.cmp(&other.open))
-    }
-}
-
-impl PartialOrd for Queued {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Eq for Queued {}
+best_first!(Queued: key, open);

@@ -9,13 +9,13 @@
 //! from differences. There is none where many points are equally far, as on the face of a cube, which is why a direction
 //! should be nothing special.
 
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use glam::{DAffine3, DVec3};
 
 use super::solids::{Kind, Part, Solids};
 use crate::Shape;
+use crate::best_first::best_first;
 
 /// How many solids one search looks into.
 const STEPS: usize = 64;
@@ -116,23 +116,5 @@ fn gradient<S: Shape>(shape: &S, direction: DVec3) -> DVec3 {
     DVec3::from_array(DVec3::AXES.map(along))
 }
 
-/// By upper bound, and the last first where they are equal: a tie is not searched broadly.
-impl Ord for Open {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.upper.total_cmp(&other.upper).then(self.sequence.cmp(&other.sequence))
-    }
-}
-
-impl PartialOrd for Open {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Open {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Open {}
+// A tie is not searched broadly.
+best_first!(Open: upper, sequence);

@@ -41,7 +41,6 @@
 //! Errors in directions and in the supports of shapes are covered by the solid's [error](super::solids::Solid::error).
 //! The sum of offsets o′ has one more rounding a step, which is added to the answer here.
 
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::num::NonZeroU32;
 
@@ -49,6 +48,7 @@ use glam::DVec3;
 
 use super::index;
 use super::solids::{Kind, Part, Solid, Solids};
+use crate::best_first::best_first;
 use crate::{Limits, Shape};
 
 /// How many expanded solids are remembered that others may be dominated by. Ties come one after the other.
@@ -310,25 +310,4 @@ fn but_the_largest(v: DVec3) -> f64 {
     (v.x + v.y).min(v.y + v.z).min(v.z + v.x)
 }
 
-/// By upper bound, and the last first where they are equal.
-impl Ord for Open {
-    #[inline]
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.upper.total_cmp(&other.upper).then(self.sequence.cmp(&other.sequence))
-    }
-}
-
-impl PartialOrd for Open {
-    #[inline]
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Open {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Open {}
+best_first!(Open: upper, sequence);
