@@ -4,13 +4,12 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::{fs, io};
 
-use clap::Parser;
 use csg_graph_cli::bounds::Cost;
-use csg_graph_cli::{BenchArgs, BoundsArgs, Failure, RenderArgs};
+use csg_graph_cli::{BenchArgs, BoundsArgs, Failure};
 use image::{GenericImage, RgbImage};
 
-use crate::example;
 use crate::golden::Comparison;
+use crate::{example, exit_code, line};
 
 /// Drawings of boxes, by their names in `docs/figures`, and the arguments of `pcsg bounds` that draw them.
 const GROWTHS: [(&str, &str); 1] = [("sympodial_growth.svg", "scenes/sympodial.pcsg --sweep cnt=0..12")];
@@ -54,13 +53,8 @@ pub enum FigureError {
     Stale(&'static str),
 }
 
-/// The arguments of a command without its name.
-#[derive(Debug, Parser)]
-#[command(no_binary_name = true)]
-struct Arguments<A: clap::Args> {
-    #[command(flatten)]
-    args: A,
-}
+/// The arguments above are right.
+const SOUND: &str = "the command of a figure is sound";
 
 /// Draws the figures of a repository again, or checks that this would not change those that can be drawn twice.
 ///
@@ -69,7 +63,7 @@ struct Arguments<A: clap::Args> {
 pub fn figures(repository: &Path, check: bool) -> Result<(), FigureError> {
     let folder = repository.join("docs/figures");
     for (name, arguments) in GROWTHS {
-        let mut args: BoundsArgs = parse(arguments, &["--plot", name]);
+        let mut args: BoundsArgs = line::parse(&format!("{arguments} --plot {name}")).expect(SOUND);
         args.scene.scene = repository.join(&args.scene.scene);
         let drawing = csg_graph_cli::bounds::drawing(&args)?;
         let file = |error| FigureError::File(name, error);
@@ -92,7 +86,7 @@ pub fn figures(repository: &Path, check: bool) -> Result<(), FigureError> {
     let bytes = csg_graph_cli::render::encode(&sheet).map_err(picture)?;
     fs::write(folder.join(name), bytes).map_err(|error| FigureError::File(name, error))?;
     for (name, arguments) in COSTS {
-        let mut args: BenchArgs = parse(arguments, &["--plot", name]);
+        let mut args: BenchArgs = line::parse(&format!("{arguments} --plot {name}")).expect(SOUND);
         args.scene.scene = repository.join(&args.scene.scene);
         let drawing = csg_graph_cli::bench::drawing(&args)?;
         fs::write(folder.join(name), drawing).map_err(|error| FigureError::File(name, error))?;
@@ -123,8 +117,7 @@ fn zoom(repository: &Path) -> Result<RgbImage, FigureError> {
     let (name, arguments, count, across) = ZOOM;
     let mut sheet = RgbImage::new(0, 0);
     for number in 0..count {
-        let mut args: RenderArgs = parse(arguments, &["--zoom", &format!("1e{number}")]);
-        args.scene.scene = repository.join(&args.scene.scene);
+        let args = line::render(repository, &format!("{arguments} --zoom 1e{number}")).expect(SOUND);
         let picture = csg_graph_cli::render::picture(&args)?;
         let (width, height) = picture.dimensions();
         if number == 0 {
@@ -136,18 +129,7 @@ fn zoom(repository: &Path) -> Result<RgbImage, FigureError> {
     Ok(sheet)
 }
 
-fn parse<A: clap::Args>(arguments: &str, more: &[&str]) -> A {
-    Arguments::parse_from(arguments.split_whitespace().chain(more.iter().copied())).args
-}
-
 /// The chore.
-#[expect(clippy::print_stderr, reason = "the report of a chore")]
 pub fn run(repository: &Path, check: bool) -> ExitCode {
-    match figures(repository, check) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    exit_code(figures(repository, check))
 }

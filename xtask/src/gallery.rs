@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::{fs, io};
 
-use clap::Parser;
 use csg_graph_cli::{Failure, RenderArgs};
 use image::ImageError;
+
+use crate::{exit_code, line};
 
 /// What a line of the page with a command begins with.
 const COMMAND: &str = "cargo xtask render ";
@@ -60,13 +61,6 @@ pub struct Exhibit {
     pub name: String,
 }
 
-#[derive(Debug, Parser)]
-#[command(no_binary_name = true)]
-struct Line {
-    #[command(flatten)]
-    render: RenderArgs,
-}
-
 /// The pictures of the page, in its order.
 ///
 /// # Errors
@@ -79,11 +73,9 @@ pub fn exhibits(repository: &Path) -> Result<Vec<Exhibit>, GalleryError> {
 
 fn exhibit(repository: &Path, line: &str) -> Result<Exhibit, GalleryError> {
     let fault = |reason: String| GalleryError::Command { line: line.to_owned(), reason };
-    let parsed = Line::try_parse_from(line.split_whitespace());
-    let mut render = parsed.map_err(|error| fault(error.to_string()))?.render;
+    let render = line::render(repository, line).map_err(|error| fault(error.to_string()))?;
     let output = render.output.clone().ok_or_else(|| fault("it lacks -o".to_owned()))?;
     let name = output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    render.scene.scene = repository.join(&render.scene.scene);
     Ok(Exhibit { render, picture: repository.join(output), name })
 }
 
@@ -107,13 +99,6 @@ pub fn gallery(repository: &Path, names: &[String]) -> Result<(), GalleryError> 
 }
 
 /// The chore.
-#[expect(clippy::print_stderr, reason = "the report of a chore")]
 pub fn run(repository: &Path, names: &[String]) -> ExitCode {
-    match gallery(repository, names) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    exit_code(gallery(repository, names))
 }

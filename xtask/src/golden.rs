@@ -10,9 +10,10 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use clap::Parser;
-use csg_graph_cli::{Failure, RenderArgs};
+use csg_graph_cli::Failure;
 use image::{ImageError, RgbImage};
+
+use crate::line;
 
 /// The least structural similarity (1 is equal) of a picture that passes.
 const LEAST_SCORE: f64 = 0.999;
@@ -93,13 +94,6 @@ impl Comparison {
     }
 }
 
-#[derive(Debug, Parser)]
-#[command(no_binary_name = true)]
-struct Case {
-    #[command(flatten)]
-    render: RenderArgs,
-}
-
 /// Renders every case of `folder` and compares it with its accepted picture; those named in `bless` are accepted
 /// instead. Scenes are found from `repository`.
 ///
@@ -155,12 +149,11 @@ fn list(folder: &Path) -> Result<(BTreeSet<String>, BTreeSet<String>), GoldenErr
 
 /// The picture of a case, or why there is none.
 fn picture(repository: &Path, case: &Path) -> Result<Result<RgbImage, String>, GoldenError> {
-    let line = fs::read_to_string(case).map_err(file_error(case))?;
-    let mut render = match Case::try_parse_from(line.split_whitespace()) {
-        Ok(case) => case.render,
+    let arguments = fs::read_to_string(case).map_err(file_error(case))?;
+    let render = match line::render(repository, &arguments) {
+        Ok(render) => render,
         Err(error) => return Ok(Err(error.to_string())),
     };
-    render.scene.scene = repository.join(&render.scene.scene);
     Ok(csg_graph_cli::render::picture(&render).map_err(|failure: Failure| failure.to_string()))
 }
 

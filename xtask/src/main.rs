@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use csg_graph_cli::Command;
-use xtask::{agree, figures, gallery, golden, peers, prove, repository, seeds, solids};
+use xtask::{agree, exit_code, figures, gallery, golden, peers, prove, repository, seeds, solids};
 
 /// The commands of pcsg without an installation, and the chores of this repository
 #[derive(Debug, Parser)]
@@ -74,9 +74,6 @@ fn golden_images(bless: &[String]) -> ExitCode {
             eprintln!("{} passed, {} failed", report.passed, report.failures.len());
             if report.failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
         }
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
+        Err(error) => exit_code(Err(error)),
     }
 }

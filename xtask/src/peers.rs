@@ -11,7 +11,8 @@ use std::{fs, io};
 
 use serde_json::Value;
 
-use crate::repository;
+use crate::example::cargo_run;
+use crate::exit_code;
 
 /// What to run and how often.
 #[derive(Clone, Debug, clap::Args)]
@@ -61,18 +62,6 @@ pub fn run(options: &Options) -> ExitCode {
         Ok(())
     };
     exit_code(report())
-}
-
-/// Tells of an error, if there is one.
-#[expect(clippy::print_stderr, reason = "the report of a chore")]
-pub(crate) fn exit_code(result: Result<(), PeersError>) -> ExitCode {
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
 }
 
 /// The scenes of the other program, by name and size.
@@ -143,20 +132,8 @@ fn compare(options: &Options, dag: &Dag) -> Result<String, PeersError> {
 
 /// `pcsg bench` of a scene, as a release build.
 pub(crate) fn bench(scene: &str, set: &[&str]) -> Command {
-    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.current_dir(repository());
-    command.args([
-        "run",
-        "--quiet",
-        "--release",
-        "--package",
-        "csg-graph-cli",
-        "--bin",
-        "pcsg",
-        "--",
-        "bench",
-    ]);
-    command.arg(format!("scenes/{scene}.pcsg"));
+    let mut command = cargo_run("csg-graph-cli", ["--bin", "pcsg"]);
+    command.arg("bench").arg(format!("scenes/{scene}.pcsg"));
     command.args(["--format", "json"]).args(set.iter().flat_map(|set| ["--set", set]));
     command
 }

@@ -8,7 +8,8 @@ use std::process::ExitCode;
 
 use serde_json::Value;
 
-use crate::peers::{PeersError, bench, exit_code, object};
+use crate::exit_code;
+use crate::peers::{PeersError, bench, object};
 
 /// The scenes, and what is set in them.
 const SCENES: [(&str, &[&str]); 9] = [
