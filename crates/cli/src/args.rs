@@ -3,6 +3,7 @@
 mod bench;
 mod bounds;
 mod engine;
+mod values;
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -16,6 +17,7 @@ pub use bench::BenchArgs;
 pub use bounds::{BooleansArg, BoundsArgs, MethodArg, Sweep, VolumeArg};
 pub(crate) use engine::Plan;
 pub use engine::{BoxesArg, EngineArg, EngineArgs};
+use values::{assignment, picture_path, steps, whole, zoom_factor};
 
 /// Recursive solids, from a grammar file to a picture
 ///
@@ -99,10 +101,12 @@ pub struct SceneArgs {
     /// The seed of all random numbers, in place of the file's: another seed, another of its kind
     ///
     /// A whole number below 2^53. It is what --set seed=N does.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..1 << 53))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole(0..=(1 << 53) - 1))]
     pub seed: Option<u64>,
-    /// The most states to list before giving up on a recursion
-    #[arg(long, value_name = "N", default_value_t = csg_graph::Limits::default().states)]
+    /// The most states to list
+    ///
+    /// Of a scene with more, check tells how large it may be, and the fast engine traces it without a list.
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = csg_graph::Limits::default().states, value_parser = whole(0..=u64::MAX))]
     pub max_states: usize,
 }
 
@@ -110,13 +114,6 @@ impl SceneArgs {
     /// All assignments to initial parameters, of which the last to a parameter counts.
     pub(crate) fn assignments(&self) -> Vec<String> {
         self.set.iter().cloned().chain(self.seed.map(|seed| format!("seed={seed}"))).collect()
-    }
-}
-
-fn assignment(text: &str) -> Result<String, String> {
-    match text.split_once('=') {
-        Some((name, expr)) if !name.trim().is_empty() && !expr.trim().is_empty() => Ok(text.to_owned()),
-        _ => Err("write it as NAME=EXPR, for example cnt=5".to_owned()),
     }
 }
 
@@ -137,7 +134,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "WxH", allow_hyphen_values = true)]
     pub size: Option<Size>,
     /// Rays a pixel; without it what the scene says, or 4; with --noise the most, and without it 256
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole(1..=MAX_SAMPLES.into()))]
     pub samples: Option<u32>,
     /// Stop where the picture is known to within so many of the 255 steps from black to white
     ///
@@ -159,7 +156,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FACTOR", allow_hyphen_values = true, value_parser = zoom_factor)]
     pub zoom: Option<f64>,
     /// Threads; without it, one a core. The picture is the same for any number
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole(1..=4096))]
     pub threads: Option<u32>,
     /// What the picture shows
     #[arg(long, value_enum, default_value_t)]
@@ -170,7 +167,7 @@ pub struct RenderArgs {
     /// How often light is followed from surface to surface; without it what the scene says, or 16
     ///
     /// For direct, mirrors and glass count; for path, all surfaces.
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_BOUNCES)))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole(1..=MAX_BOUNCES.into()))]
     pub bounces: Option<u32>,
     /// What finds the hits.
     #[command(flatten)]
@@ -202,18 +199,13 @@ impl RenderArgs {
     }
 }
 
-fn steps(text: &str) -> Result<f64, String> {
-    let steps = text.parse().ok().filter(|steps: &f64| *steps > 0.0 && steps.is_finite());
-    steps.ok_or_else(|| "write it as a number above 0, for example 2 or 0.5".to_owned())
-}
-
 /// The limit on bounding.
 #[derive(Debug, Args)]
 pub struct StepsArg {
     /// The most steps to take: boxes to compute (chain), nodes to visit (conventional, or by every ray without boxes)
     ///
     /// Without it 200 million, which may take a minute; 5 million for each of the many runs of --compare and --plot.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole(0..=u64::MAX))]
     pub max_steps: Option<u64>,
 }
 
@@ -252,22 +244,6 @@ impl FromStr for Size {
             return Err(format!("a picture has at most {MAX_PIXELS} pixels"));
         }
         Ok(size)
-    }
-}
-
-fn zoom_factor(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(factor) if (1.0..=1e12).contains(&factor) => Ok(factor),
-        _ => Err("a zoom is a number from 1 to 1e12, for example 1000".to_owned()),
-    }
-}
-
-fn picture_path(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    if PictureFormat::of(&path).is_some() {
-        Ok(path)
-    } else {
-        Err("pictures are PNG or OpenEXR files: end the name with .png or .exr".to_owned())
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 use std::fs;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use csg_graph::{Analysis, Limits, StatesError};
@@ -143,7 +144,17 @@ impl Loaded {
 
 /// Reads a file as text.
 pub(crate) fn read(path: &Path) -> Result<String, Failure> {
-    let bytes = fs::read(path).map_err(Failure::file(path, "read it"))?;
+    let bytes = fs::read(path).map_err(|error| {
+        let meant = path.with_extension("pcsg");
+        let error = match error.kind() {
+            ErrorKind::NotFound if meant.is_file() => {
+                io::Error::other(format!("there is no such file; did you mean {}?", meant.display()))
+            }
+            ErrorKind::NotFound => io::Error::other("there is no such file"),
+            _ => error,
+        };
+        Failure::file(path, "read it")(error)
+    })?;
     let name = path.display().to_string();
     csg_graph_grammar::decode(&name, &bytes).map(str::to_owned).map_err(|diagnostic| {
         report(&name, "", std::slice::from_ref(&diagnostic));

@@ -4,6 +4,8 @@
 #[path = "common/agreement.rs"]
 mod agreement;
 mod common;
+#[path = "common/sierpinski.rs"]
+mod sierpinski;
 
 use csg_graph::{Expr, Graph, GraphBuilder, NodeId, Operator, PrimitiveKind, TransformKind};
 use csg_graph_bounds::{Envelopes, Limits, exact};
@@ -12,6 +14,7 @@ use glam::DVec3;
 use proptest::prelude::*;
 
 use agreement::{CLEARANCE, agree};
+use sierpinski::sierpinski;
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
@@ -243,23 +246,6 @@ fn a_hundred_thousand_differences_in_one_another() {
         let (expected, hit) = (walk.nearest(&from_above).unwrap(), fast.nearest(&from_above));
         assert!(agree(expected.as_ref(), hit.as_ref()), "{expected:?}\n{hit:?}");
     }
-}
-
-/// Sierpiński's tetrahedron of balls.
-fn sierpinski(levels: f64) -> Graph {
-    let mut builder = GraphBuilder::new();
-    let n = builder.param("n", levels);
-    let symbol = builder.symbol("ST");
-    let ball = builder.primitive(PrimitiveKind::Sphere, []);
-    let corners = [[0.5, 0.5, 0.5], [0.5, -0.5, -0.5], [-0.5, 0.5, -0.5], [-0.5, -0.5, 0.5]];
-    let parts = corners.map(|corner| {
-        let half = builder.transform(TransformKind::UScale, [0.5.into()], symbol);
-        builder.transform(TransformKind::Move, corner.map(Expr::from), half)
-    });
-    let union = builder.union(parts);
-    let rest = builder.calculate([(n, Expr::from(n) - 1.0)], union);
-    builder.rules(symbol, Some(Expr::choose(Expr::from(n).gt(0.0), 2.0, 1.0)), [ball, rest]);
-    builder.finish(symbol).unwrap()
 }
 
 #[test]

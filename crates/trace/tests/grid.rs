@@ -4,6 +4,8 @@
 #[path = "common/agreement.rs"]
 mod agreement;
 mod common;
+#[path = "common/sierpinski.rs"]
+mod sierpinski;
 
 use csg_graph::{Expr, Graph, GraphBuilder, Operator, PrimitiveKind, TransformKind};
 use csg_graph_bounds::{Limits, exact};
@@ -12,6 +14,7 @@ use glam::{DVec3, Vec3Swizzles};
 use proptest::prelude::*;
 
 use agreement::{CLEARANCE, agree};
+use sierpinski::sierpinski;
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
@@ -50,23 +53,6 @@ proptest! {
 
 fn moved(builder: &mut GraphBuilder, by: [f64; 3], body: csg_graph::NodeId) -> csg_graph::NodeId {
     builder.transform(TransformKind::Move, by.map(Expr::from), body)
-}
-
-/// Sierpiński's tetrahedron of balls.
-fn sierpinski(levels: f64) -> Graph {
-    let mut builder = GraphBuilder::new();
-    let n = builder.param("n", levels);
-    let symbol = builder.symbol("ST");
-    let ball = builder.primitive(PrimitiveKind::Sphere, []);
-    let corners = [[0.5, 0.5, 0.5], [0.5, -0.5, -0.5], [-0.5, 0.5, -0.5], [-0.5, -0.5, 0.5]];
-    let parts = corners.map(|corner| {
-        let half = builder.transform(TransformKind::UScale, [0.5.into()], symbol);
-        moved(&mut builder, corner, half)
-    });
-    let union = builder.union(parts);
-    let rest = builder.calculate([(n, Expr::from(n) - 1.0)], union);
-    builder.rules(symbol, Some(Expr::choose(Expr::from(n).gt(0.0), 2.0, 1.0)), [ball, rest]);
-    builder.finish(symbol).unwrap()
 }
 
 /// A tree of cylinders that fork, each half as long as order suggests, painted by their order.

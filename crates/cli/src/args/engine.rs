@@ -5,6 +5,7 @@ use std::fmt;
 use clap::{Args, ValueEnum};
 use csg_graph_trace::{Accelerated, Grid};
 
+use super::values::{bytes, pixels, whole};
 use super::{MethodArg, StepsArg, ViewArg};
 use crate::Failure;
 
@@ -40,7 +41,7 @@ pub struct EngineArgs {
     /// Voxels along the longest side of the grid; without it as many as suit the number of primitives
     ///
     /// There are fewer where they would take more than half of the budget.
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole(1..=u32::MAX.into()))]
     pub resolution: Option<u32>,
     /// Which boxes the reference walk tests rays against; without it chain, or exact where chain would take more than a
     /// moment
@@ -171,40 +172,5 @@ impl fmt::Display for EngineArg {
             Self::Fast => "fast",
             Self::Grid => "grid",
         })
-    }
-}
-
-/// A part of a pixel, or some.
-fn pixels(text: &str) -> Result<f64, String> {
-    let pixels = text.parse().ok().filter(|pixels: &f64| (0.0..=64.0).contains(pixels));
-    pixels.ok_or_else(|| "write it as a number of pixels from 0 to 64, for example 0.5".to_owned())
-}
-
-/// A number of bytes, with or without a suffix.
-fn bytes(text: &str) -> Result<usize, String> {
-    let (digits, unit) = match text.char_indices().last() {
-        Some((end, 'k' | 'K')) => (&text[..end], 1 << 10),
-        Some((end, 'm' | 'M')) => (&text[..end], 1 << 20),
-        Some((end, 'g' | 'G')) => (&text[..end], 1 << 30),
-        _ => (text, 1),
-    };
-    let count: usize = digits
-        .parse()
-        .map_err(|_| "write it as a number of bytes, for example 65536, 64K or 2M".to_owned())?;
-    count.checked_mul(unit).ok_or_else(|| "so much memory cannot be addressed".to_owned())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn bytes_are_read_with_their_suffixes() {
-        for (text, expected) in [("0", 0), ("300", 300), ("64K", 65_536), ("2m", 1 << 21), ("1G", 1 << 30)] {
-            assert_eq!(bytes(text), Ok(expected));
-        }
-        for text in ["", "K", "1.5M", "-1", "64KB", "99999999999999999999", "99999999999999999G", "ä"] {
-            assert!(bytes(text).is_err(), "{text}");
-        }
     }
 }

@@ -19,13 +19,30 @@ fn a_failed_render_leaves_the_old_picture_and_nothing_else() {
 #[test]
 fn what_cannot_be_written_is_said_before_the_work() {
     let tower = scene("cone_tower.pcsg");
-    for output in ["no/such/folder.png", "taken.png"] {
+    for (output, reason) in
+        [("no/such/folder.png", "there is no folder no/such"), ("taken.png", "it is a folder")]
+    {
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir(folder.path().join("taken.png")).unwrap();
         let (code, _, err, files) = run_in(folder.path(), &["render", path(&tower), "-o", output]);
         assert_eq!(code, 1);
-        assert!(err.contains(output) && err.contains("cannot write it"), "{err}");
+        assert_eq!(err, format!("error: {output}: cannot write it: {reason}\n"));
         assert_eq!(files, ["taken.png"]);
+    }
+}
+
+#[test]
+fn a_file_that_is_not_there_may_be_meant_with_another_ending() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("tree.pcsg"), "{} sphere").unwrap();
+    for (name, guess) in
+        [("tree", "; did you mean tree.pcsg?"), ("tree.png", "; did you mean tree.pcsg?"), ("bush", "")]
+    {
+        let (code, _, err, _) = run_in(folder.path(), &["check", name]);
+        assert_eq!(
+            (code, err),
+            (1, format!("error: {name}: cannot read it: there is no such file{guess}\n"))
+        );
     }
 }
 

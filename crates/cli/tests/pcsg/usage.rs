@@ -76,6 +76,8 @@ fn wrong_usage_ends_with_2() {
         &["bench", tower, "--engine", "fast", "--boxes", "none"],
         &["render", tower, "--set", "n"],
         &["render", tower, "--seed", "-1"],
+        &["render", tower, "--seed", "seven"],
+        &["render", tower, "--max-states", "many"],
         &["check", tower, "--seed", "9007199254740992"],
         &["bounds", tower, "--method", "magic"],
         &["bounds", tower, "--volume", "ball"],
