@@ -101,12 +101,12 @@ pub struct SceneArgs {
     /// The seed of all random numbers, in place of the file's: another seed, another of its kind
     ///
     /// A whole number below 2^53. It is what --set seed=N does.
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole(0..=(1 << 53) - 1))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole::<u64>(0..=(1 << 53) - 1))]
     pub seed: Option<u64>,
     /// The most states to list
     ///
     /// Of a scene with more, check tells how large it may be, and the fast engine traces it without a list.
-    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = csg_graph::Limits::default().states, value_parser = whole(0..=u64::MAX))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = csg_graph::Limits::default().states, value_parser = whole::<usize>(0..=u64::MAX))]
     pub max_states: usize,
 }
 
@@ -134,7 +134,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "WxH", allow_hyphen_values = true)]
     pub size: Option<Size>,
     /// Rays a pixel; without it what the scene says, or 4; with --noise the most, and without it 256
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole(1..=MAX_SAMPLES.into()))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole::<u32>(1..=MAX_SAMPLES.into()))]
     pub samples: Option<u32>,
     /// Stop where the picture is known to within so many of the 255 steps from black to white
     ///
@@ -156,7 +156,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FACTOR", allow_hyphen_values = true, value_parser = zoom_factor)]
     pub zoom: Option<f64>,
     /// Threads; without it, one a core. The picture is the same for any number
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole(1..=4096))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole::<u32>(1..=4096))]
     pub threads: Option<u32>,
     /// What the picture shows
     #[arg(long, value_enum, default_value_t)]
@@ -167,7 +167,7 @@ pub struct RenderArgs {
     /// How often light is followed from surface to surface; without it what the scene says, or 16
     ///
     /// For direct, mirrors and glass count; for path, all surfaces.
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole(1..=MAX_BOUNCES.into()))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole::<u32>(1..=MAX_BOUNCES.into()))]
     pub bounces: Option<u32>,
     /// What finds the hits.
     #[command(flatten)]
@@ -205,7 +205,7 @@ pub struct StepsArg {
     /// The most steps to take: boxes to compute (chain), nodes to visit (conventional, or by every ray without boxes)
     ///
     /// Without it 200 million, which may take a minute; 5 million for each of the many runs of --compare and --plot.
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole(0..=u64::MAX))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole::<u64>(0..=u64::MAX))]
     pub max_steps: Option<u64>,
 }
 

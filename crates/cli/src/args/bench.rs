@@ -18,10 +18,10 @@ pub struct BenchArgs {
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, default_value = "512x512")]
     pub size: Size,
     /// Threads
-    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 1, value_parser = whole(1..=4096))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 1, value_parser = whole::<u32>(1..=4096))]
     pub threads: u32,
     /// Repetitions, of which the median counts; one more goes before them to warm up
-    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 5, value_parser = whole(1..=10_000))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 5, value_parser = whole::<u32>(1..=10_000))]
     pub reps: u32,
     /// What finds the hits.
     #[command(flatten)]

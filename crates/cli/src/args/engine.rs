@@ -41,7 +41,7 @@ pub struct EngineArgs {
     /// Voxels along the longest side of the grid; without it as many as suit the number of primitives
     ///
     /// There are fewer where they would take more than half of the budget.
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole(1..=u32::MAX.into()))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole::<u32>(1..=u32::MAX.into()))]
     pub resolution: Option<u32>,
     /// Which boxes the reference walk tests rays against; without it chain, or exact where chain would take more than a
     /// moment
