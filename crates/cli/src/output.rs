@@ -5,7 +5,7 @@
 //! before has nothing to clean up.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
@@ -83,11 +83,12 @@ fn beside(path: &Path) -> io::Result<NamedTempFile> {
     // The usual permissions of a new file, of which the system takes what the user wants to be taken.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder).map_err(|error| match error.kind() {
-        ErrorKind::NotFound | ErrorKind::NotADirectory => {
+    builder.tempfile_in(folder).map_err(|error| {
+        if folder.is_dir() {
+            // Without the name of the temporary file, of which nobody has heard.
+            error.kind().into()
+        } else {
             io::Error::other(format!("there is no folder {}", folder.display()))
         }
-        // Without the name of the temporary file, of which nobody has heard.
-        kind => kind.into(),
     })
 }
