@@ -53,19 +53,6 @@ pub(super) fn assemble<'a, 'k, P: Copy + 'a>(
     }
 }
 
-/// Shows `see` the parts whose envelopes [`assemble`] asks for.
-pub(super) fn wanted<'a, P: Copy + 'a>(
-    make: &'a Make<'a>,
-    parts: &'a [P],
-    look: impl Fn(P) -> Option<(&'a Make<'a>, &'a [P])>,
-    see: impl FnMut(P),
-) {
-    match (make, parts) {
-        (Make::Map(map), [part, ..]) => std::iter::once(chain(map, *part, look).1).for_each(see),
-        _ => parts.iter().copied().for_each(see),
-    }
-}
-
 /// All transformations from a map down to what is none, and that.
 fn chain<'a, P: Copy + 'a>(
     map: &'a MapRange,

@@ -66,7 +66,7 @@ fn intervals(graph: &Graph, keys: &Keys) -> Vec<Option<Vec<Interval>>> {
     found[root] = Some(varying.iter().map(initial).collect());
     let mut stale = vec![false; keys.len()];
     stale[root] = true;
-    let (mut values, mut below) = (Vec::new(), Vec::new());
+    let mut values = Vec::new();
     let mut round = 0;
     while stale.contains(&true) {
         for key in (0..keys.len()).rev() {
@@ -78,12 +78,11 @@ fn intervals(graph: &Graph, keys: &Keys) -> Vec<Option<Vec<Interval>>> {
             keys.fill(number, own, &mut values);
             let (_, parts) = keys.make(graph, number, &mut values);
             for child in &keys.below(number)[parts] {
-                keys.varying(*child, &values, &mut below);
                 let slot = &mut found[*child as usize];
                 let mut grown = slot.is_none();
                 let intervals = slot.get_or_insert_with(|| vec![Interval::EMPTY; varying.len()]);
-                for (old, new) in intervals.iter_mut().zip(&below) {
-                    let joined = old.join(*new);
+                for (old, new) in intervals.iter_mut().zip(keys.varying(*child, &values)) {
+                    let joined = old.join(new);
                     if joined != *old {
                         // Only what comes from below itself can move without end.
                         let back = *child >= number && round >= PATIENCE;

@@ -11,7 +11,9 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use csg_graph::{Env, Expr, Graph, Interval, Node, NodeId, Operator, ParamId, State};
+use csg_graph::{
+    Env, Expr, Graph, Interval, Node, NodeId, Operator, ParamId, PrimitiveKind, State, TransformKind,
+};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::assemble::Make;
@@ -34,6 +36,24 @@ pub(super) struct Keys {
     below: Vec<u32>,
     solids: Vec<Body>,
     maps: Vec<MapRange>,
+    /// By key, whether several ways lead to it, or one from below.
+    shared: Vec<bool>,
+}
+
+/// How a key is made of those below it, where what varies is not put in yet.
+#[derive(Clone, Copy)]
+pub(super) enum Look<'a> {
+    /// The union of any number of parts.
+    Join,
+    Meet,
+    /// The left operand of a difference, which is the first part.
+    Left,
+    /// The number of a known solid, or of known maps.
+    Solid(u32),
+    Map(u32),
+    /// Of measures and arguments that vary.
+    Primitive(PrimitiveKind, &'a [Expr]),
+    Transform(TransformKind, &'a [Expr]),
 }
 
 /// A key's node, without what varies in it.
@@ -91,6 +111,7 @@ impl Keys {
             below: Vec::new(),
             solids: Vec::new(),
             maps: Vec::new(),
+            shared: Vec::new(),
         };
         let root = found.enter((graph.root(), graph.initial().clone()));
         let mut path = vec![(root, found.open(graph, root))];
@@ -227,6 +248,19 @@ impl Keys {
         self.root = ends[self.root as usize];
         self.below.iter_mut().for_each(|key| *key = ends[*key as usize]);
         self.numbers.values_mut().for_each(|key| *key = ends[*key as usize]);
+        self.shared = self.shared();
+    }
+
+    /// Whether several ways lead to a key, or one from below.
+    fn shared(&self) -> Vec<bool> {
+        let (mut reached, mut shared) = (vec![false; self.len()], vec![false; self.len()]);
+        for key in 0..index(self.len()) {
+            for below in self.parts(key) {
+                let again = std::mem::replace(&mut reached[*below as usize], true);
+                shared[*below as usize] |= again || *below >= key;
+            }
+        }
+        shared
     }
 
     /// Where a key leads that is nothing but another one, or a few steps on the way there.
@@ -314,30 +348,55 @@ impl Keys {
     }
 
     /// The intervals of the varying parameters that matter at a key, among those of all parameters.
-    pub(super) fn varying(&self, key: u32, values: &[Interval], varying: &mut Vec<Interval>) {
+    pub(super) fn varying<'a>(
+        &'a self,
+        key: u32,
+        values: &'a [Interval],
+    ) -> impl Iterator<Item = Interval> + 'a {
         let node = self.node(key);
-        varying.clear();
-        varying.extend(self.control.varying().iter().map(|param| {
+        self.control.varying().iter().map(move |param| {
             let matters = self.control.matters(node, *param);
             if matters { values[param.index()] } else { Interval::ALL }
-        }));
+        })
     }
 
-    /// How the solid of a key is made, and of which of [those below](Self::below) it, by their positions. The values
-    /// become those that are seen below.
-    pub(super) fn make(&self, graph: &Graph, key: u32, values: &mut [Interval]) -> (Make<'_>, Range<usize>) {
+    /// Whether several ways lead to a key, or one from below.
+    pub(super) fn is_shared(&self, key: u32) -> bool {
+        self.shared[key as usize]
+    }
+
+    pub(super) fn solid(&self, number: u32) -> &Body {
+        &self.solids[number as usize]
+    }
+
+    pub(super) fn map(&self, number: u32) -> &MapRange {
+        &self.maps[number as usize]
+    }
+
+    /// Whether what is below a key sees other values than the key itself.
+    pub(super) fn changes(&self, key: u32) -> bool {
+        matches!(self.nodes[key as usize].kind, Kind::Calculate)
+    }
+
+    /// How a key is made, and of which of [those below](Self::below) it, by their positions. The values become those that are
+    /// seen below.
+    pub(super) fn look<'a>(
+        &self,
+        graph: &'a Graph,
+        key: u32,
+        values: &mut [Interval],
+    ) -> (Look<'a>, Range<usize>) {
         let node = graph.node(self.node(key));
-        let ranges = |exprs: &[Expr]| exprs.iter().map(|expr| expr.range(values)).collect::<Vec<_>>();
         let below = 0..self.nodes[key as usize].below.len();
         match (self.nodes[key as usize].kind, node) {
-            (Kind::Join, _) => (Make::Join, below),
-            (Kind::Meet, _) => (Make::Meet, below),
-            (Kind::Difference, _) => (Make::Left, below),
-            (Kind::Solid(solid), _) => (Make::Solid(Cow::Borrowed(&self.solids[solid as usize])), below),
-            (Kind::Map(maps), _) => (Make::Map(Cow::Borrowed(&self.maps[maps as usize])), below),
+            (Kind::Join, _) => (Look::Join, below),
+            (Kind::Meet, _) => (Look::Meet, below),
+            (Kind::Difference, _) => (Look::Left, below),
+            (Kind::Solid(number), _) => (Look::Solid(number), below),
+            (Kind::Map(number), _) => (Look::Map(number), below),
             (Kind::Choose, Node::Symbol(symbol)) => {
                 let value = symbol.selection.as_ref().map_or(Interval::point(1.0), |expr| expr.range(values));
-                (Make::Join, rules(value, below.len()))
+                (Look::Join, rules(value, below.len()))
             }
             (Kind::Calculate, Node::Calculation(node)) => {
                 for (param, expr) in &node.assignments {
@@ -346,15 +405,31 @@ impl Keys {
                         values[param.index()] = expr.range(values);
                     }
                 }
-                (Make::Join, below)
+                (Look::Join, below)
             }
-            (Kind::Transform, Node::Transformation(node)) => MapRange::new(node.kind, &ranges(&node.args))
-                .map_or((Make::Join, 0..0), |maps| (Make::Map(Cow::Owned(maps)), below)),
-            (Kind::Primitive, Node::Primitive(node)) => {
-                (Make::Solid(Cow::Owned(primitive::body(node.kind, &ranges(&node.args)))), below)
-            }
+            (Kind::Transform, Node::Transformation(node)) => (Look::Transform(node.kind, &node.args), below),
+            (Kind::Primitive, Node::Primitive(node)) => (Look::Primitive(node.kind, &node.args), below),
             _ => unreachable!("a key is of the kind of its node"),
         }
+    }
+
+    /// As [`look`](Self::look), with what varies.
+    pub(super) fn make(&self, graph: &Graph, key: u32, values: &mut [Interval]) -> (Make<'_>, Range<usize>) {
+        let (look, below) = self.look(graph, key, values);
+        let ranges = |exprs: &[Expr]| exprs.iter().map(|expr| expr.range(values)).collect::<Vec<_>>();
+        let make = match look {
+            Look::Join => Make::Join,
+            Look::Meet => Make::Meet,
+            Look::Left => Make::Left,
+            Look::Solid(number) => Make::Solid(Cow::Borrowed(self.solid(number))),
+            Look::Map(number) => Make::Map(Cow::Borrowed(self.map(number))),
+            Look::Primitive(kind, args) => Make::Solid(Cow::Owned(primitive::body(kind, &ranges(args)))),
+            Look::Transform(kind, args) => match MapRange::new(kind, &ranges(args)) {
+                Some(maps) => Make::Map(Cow::Owned(maps)),
+                None => return (Make::Join, 0..0),
+            },
+        };
+        (make, below)
     }
 }
 
@@ -368,9 +443,10 @@ impl KeyNode {
 
 /// The positions of the rules that a selection in an interval may name.
 fn rules(selection: Interval, count: usize) -> Range<usize> {
-    let named: Vec<bool> = (1_u32..).take(count).map(|number| selection.contains(number.into())).collect();
-    let first = named.iter().position(|named| *named).unwrap_or(0);
-    first..first + named[first..].iter().take_while(|named| **named).count()
+    let mut named = (1_u32..).take(count).map(|number| selection.contains(number.into()));
+    named
+        .position(|named| named)
+        .map_or(0..0, |first| first..first + 1 + named.take_while(|named| *named).count())
 }
 
 fn index(index: usize) -> u32 {

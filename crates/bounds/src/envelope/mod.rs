@@ -29,6 +29,7 @@ mod keys;
 mod primitive;
 mod question;
 mod refine;
+mod straight;
 mod transform;
 
 use std::sync::Arc;
@@ -38,8 +39,9 @@ use glam::DVec3;
 
 use crate::{Aabb, BoundsError, Limits, Slabs, Volume};
 use body::Body;
-use general::Known;
+use general::{Failure, Known};
 use keys::Keys;
+use question::Question;
 
 /// Conservative bounds for the solids of all states of a graph, without a look at what is below them.
 ///
@@ -129,18 +131,50 @@ impl Envelopes {
     /// # Panics
     /// If the root of the graph does not lead to the state.
     pub fn of(&self, state: &State) -> Result<Envelope, BoundsError<EvalError>> {
-        let key = self.keys.number(state).expect("a state that the root leads to");
+        let key = self.key(state);
         let found = if self.keys.varies(key) {
-            let values = self.keys.control().varying().iter();
-            let values = values.map(|param| state.env().get(*param).map_or(Interval::ALL, Interval::point));
-            question::envelope(&self.graph, &self.keys, &self.general, key, &values.collect::<Vec<_>>())
+            self.question().body(key, self.varying(state))
         } else {
-            self.general[key as usize].clone()
+            self.general[key as usize].as_ref().copied()
         };
-        found.map(Envelope).map_err(|failure| BoundsError::Endless {
-            cycle: self.keys.labels(&self.graph, &failure.cycle),
-            round: failure.round,
-        })
+        found.map(Envelope).map_err(|failure| self.error(failure))
+    }
+
+    /// The box of the [envelope](Self::of), but for some ulps.
+    ///
+    /// # Cost
+    /// Where no transformation below turns by anything but right angles, as in a terrain, a fraction of that of the envelope.
+    ///
+    /// # Errors
+    /// As for `of`.
+    ///
+    /// # Panics
+    /// As for `of`.
+    pub fn aabb(&self, state: &State) -> Result<Aabb, BoundsError<EvalError>> {
+        let key = self.key(state);
+        let found = if self.keys.varies(key) {
+            self.question().aabb(key, self.varying(state))
+        } else {
+            self.general[key as usize].as_ref().map(|body| body.slabs.aabb())
+        };
+        found.map_err(|failure| self.error(failure))
+    }
+
+    fn key(&self, state: &State) -> u32 {
+        self.keys.number(state).expect("a state that the root leads to")
+    }
+
+    fn varying(&self, state: &State) -> impl Iterator<Item = Interval> {
+        let values = self.keys.control().varying().iter().map(|param| state.env().get(*param));
+        values.map(|value| value.map_or(Interval::ALL, Interval::point))
+    }
+
+    fn question(&self) -> Question<'_> {
+        Question { graph: &self.graph, keys: &self.keys, general: &self.general }
+    }
+
+    fn error(&self, failure: &Failure) -> BoundsError<EvalError> {
+        BoundsError::Endless { cycle: self.keys.labels(&self.graph, &failure.cycle), round: failure.round }
     }
 }
 

@@ -4,7 +4,7 @@ use csg_graph::{Interval, Primitive, PrimitiveKind};
 use glam::DVec3;
 
 use super::body::{Body, ROUNDING};
-use crate::Shape;
+use crate::{Aabb, Shape, Volume};
 
 /// An envelope of all primitives of a kind with measures in these intervals: empty if there is none.
 pub(super) fn body(kind: PrimitiveKind, args: &[Interval]) -> Body {
@@ -20,6 +20,17 @@ pub(super) fn body(kind: PrimitiveKind, args: &[Interval]) -> Body {
         PrimitiveKind::Hull => hull(args),
         _ => of_kind(&[]),
     }
+}
+
+/// The box of that envelope.
+pub(super) fn aabb(kind: PrimitiveKind, args: &[Interval]) -> Aabb {
+    if !matches!(kind, PrimitiveKind::Hull) || args.iter().any(|arg| arg.is_empty()) {
+        return body(kind, args).slabs.aabb();
+    }
+    let coordinate =
+        |axis: usize| args.iter().skip(axis).step_by(3).copied().fold(Interval::EMPTY, Interval::join);
+    let [x, y, z] = [0, 1, 2].map(coordinate);
+    Aabb { min: DVec3::new(x.min, y.min, z.min), max: DVec3::new(x.max, y.max, z.max) }
 }
 
 /// The hull of boxes, each of which a point is anywhere in.

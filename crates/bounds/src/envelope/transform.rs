@@ -15,6 +15,8 @@ use csg_graph::{Interval, Transform, TransformKind};
 use glam::{DMat3, DVec3};
 
 use super::body::{Body, ROUNDING};
+use super::straight::Straight;
+use crate::Aabb;
 use crate::rounding::Rounding;
 
 /// The most degrees of a piece of an arc: its corner is 1.5 % further out than it is.
@@ -33,6 +35,8 @@ pub(super) struct MapRange {
     offset: [Interval; 3],
     /// The most that any of them enlarges a distance.
     gain: f64,
+    /// What A does to boxes, if they stay boxes.
+    straight: Option<Straight>,
 }
 
 /// What A may be.
@@ -63,15 +67,11 @@ impl MapRange {
         }
         Some(match kind {
             TransformKind::Move => Self::moves([args[0], args[1], args[2]]),
-            TransformKind::UScale => Self { gain: size(args[0]), ..Self::still(Linear::Factor(args[0])) },
-            TransformKind::Scale => Self {
-                gain: args.iter().copied().map(size).fold(0.0, f64::max),
-                ..Self::still(Linear::Entries([
-                    [args[0], ZERO, ZERO],
-                    [ZERO, args[1], ZERO],
-                    [ZERO, ZERO, args[2]],
-                ]))
-            },
+            TransformKind::UScale => Self::linear(Linear::Factor(args[0]), size(args[0])),
+            TransformKind::Scale => Self::linear(
+                Linear::Entries([[args[0], ZERO, ZERO], [ZERO, args[1], ZERO], [ZERO, ZERO, args[2]]]),
+                args.iter().copied().map(size).fold(0.0, f64::max),
+            ),
             TransformKind::RotX => Self::turns(DVec3::X, args[0]),
             TransformKind::RotY => Self::turns(DVec3::Y, args[0]),
             TransformKind::RotZ => Self::turns(DVec3::Z, args[0]),
@@ -81,10 +81,10 @@ impl MapRange {
                     Self::turns((axis / axis.abs().max_element()).try_normalize()?, args[3])
                 }
                 // Whatever the axis and the angle, no entry of a rotation is beyond 1.
-                _ => Self {
-                    gain: 1.0 + TURNED,
-                    ..Self::still(Linear::Entries([[Interval::new(-1.0 - TURNED, 1.0 + TURNED); 3]; 3]))
-                },
+                _ => Self::linear(
+                    Linear::Entries([[Interval::new(-1.0 - TURNED, 1.0 + TURNED); 3]; 3]),
+                    1.0 + TURNED,
+                ),
             },
             TransformKind::Shear => {
                 Self::entries([[ONE, args[0], args[1]], [args[2], ONE, args[3]], [args[4], args[5], ONE]])
@@ -98,12 +98,22 @@ impl MapRange {
         })
     }
 
-    fn still(linear: Linear) -> Self {
-        Self { linear, offset: [ZERO; 3], gain: 1.0 }
+    /// x ↦ A x, which enlarges no distance more than that.
+    fn linear(linear: Linear, gain: f64) -> Self {
+        let straight = match &linear {
+            Linear::Identity => Some(Straight::IDENTITY),
+            Linear::One(matrix) => {
+                Straight::new([0, 1, 2].map(|row| matrix.row(row).to_array().map(Interval::point)))
+            }
+            Linear::Factor(factor) => Some(Straight::scaled([*factor; 3])),
+            Linear::Turns(_) => None,
+            Linear::Entries(rows) => Straight::new(*rows),
+        };
+        Self { linear, offset: [ZERO; 3], gain, straight }
     }
 
     fn moves(offset: [Interval; 3]) -> Self {
-        Self { offset, ..Self::still(Linear::Identity) }
+        Self { offset, ..Self::linear(Linear::Identity, 1.0) }
     }
 
     fn one(map: &Transform) -> Self {
@@ -111,22 +121,32 @@ impl MapRange {
         let offset = affine.translation.to_array().map(Interval::point);
         match map {
             Transform::Translate(_) => Self::moves(offset),
-            _ => Self { linear: Linear::One(affine.matrix3), offset, gain: Rounding::of(&affine).gain() },
+            _ => Self { offset, ..Self::linear(Linear::One(affine.matrix3), Rounding::of(&affine).gain()) },
         }
     }
 
     fn turns(axis: DVec3, angle: Interval) -> Self {
-        Self { gain: 1.0 + TURNED, ..Self::still(Linear::Turns(about_arc(axis, angle))) }
+        Self::linear(Linear::Turns(about_arc(axis, angle)), 1.0 + TURNED)
     }
 
     /// The gain is at most the root of the sum of the squares of the entries.
     fn entries(rows: [[Interval; 3]; 3]) -> Self {
         let squares: f64 = rows.iter().flatten().map(|entry| size(*entry) * size(*entry)).sum();
-        Self { gain: squares.sqrt() * (1.0 + ROUNDING), ..Self::still(Linear::Entries(rows)) }
+        Self::linear(Linear::Entries(rows), squares.sqrt() * (1.0 + ROUNDING))
+    }
+
+    /// Whether the images of boxes are boxes.
+    pub(super) fn is_straight(&self) -> bool {
+        self.straight.is_some()
+    }
+
+    /// A box about all images of what is in another, if the images of boxes are boxes.
+    pub(super) fn image_of_box(&self, below: &Aabb) -> Option<Aabb> {
+        self.straight.as_ref().map(|straight| straight.image(&self.offset, below))
     }
 
     /// How many directions come of one, at most.
-    fn corner_count(&self) -> usize {
+    pub(super) fn corner_count(&self) -> usize {
         match &self.linear {
             Linear::Identity | Linear::One(_) => 1,
             Linear::Factor(_) => 2,
@@ -206,27 +226,57 @@ impl<'a> Chain<'a> {
 
     /// Appends a map below, unless the chain has become too expensive.
     pub(super) fn push(&mut self, map: &'a MapRange) -> bool {
-        let corners = self.corners.max(1) * map.corner_count();
-        let fits = self.maps.is_empty() || corners <= Self::CORNERS && self.maps.len() < Self::MAPS;
-        if fits {
+        let longer = Self::longer([self.maps.len(), self.corners], map);
+        if let Some([_, corners]) = longer {
             self.maps.push(map);
             self.corners = corners;
         }
-        fits
+        longer.is_some()
+    }
+
+    /// The number of maps and that of directions with one map more; `None` if that is too expensive.
+    pub(super) fn longer([maps, corners]: [usize; 2], map: &MapRange) -> Option<[usize; 2]> {
+        let corners = corners.max(1) * map.corner_count();
+        let fits = maps == 0 || corners <= Self::CORNERS && maps < Self::MAPS;
+        fits.then_some([maps + 1, corners])
     }
 
     /// An envelope about all images of what is in another.
     pub(super) fn image(&self, below: &Body) -> Body {
-        if below.is_empty() {
-            return Body::EMPTY;
-        }
-        let radius = self.maps.iter().rev().fold(below.radius, |radius, map| {
-            let radius = if radius > 0.0 { radius * map.gain } else { 0.0 };
-            (radius + map.reach()) * (1.0 + ROUNDING)
-        });
-        let radius = if radius.is_nan() { f64::INFINITY } else { radius };
-        Body::new(|d| supports(&self.maps, below, d, DVec3::ZERO), radius)
+        image(&self.maps, below)
     }
+}
+
+/// An envelope about all images of what is in another, under a chain of maps, the outermost first.
+pub(super) fn image(maps: &[&MapRange], below: &Body) -> Body {
+    if below.is_empty() {
+        return Body::EMPTY;
+    }
+    Body::new(|d| supports(maps, below, d, DVec3::ZERO), radius(maps, below))
+}
+
+/// The box of that envelope.
+pub(super) fn image_box(maps: &[&MapRange], below: &Body) -> Aabb {
+    if below.is_empty() {
+        return Aabb::EMPTY;
+    }
+    let radius = radius(maps, below);
+    let [mut min, mut max] = [DVec3::splat(-radius), DVec3::splat(radius)];
+    for (axis, direction) in DVec3::AXES.into_iter().enumerate() {
+        let [there, back] = supports(maps, below, direction, DVec3::ZERO);
+        max[axis] = max[axis].min(there);
+        min[axis] = min[axis].max(-back);
+    }
+    Aabb::new(min, max)
+}
+
+/// How far any image of what is in another is from the origin.
+fn radius(maps: &[&MapRange], below: &Body) -> f64 {
+    let radius = maps.iter().rev().fold(below.radius, |radius, map| {
+        let radius = if radius > 0.0 { radius * map.gain } else { 0.0 };
+        (radius + map.reach()) * (1.0 + ROUNDING)
+    });
+    if radius.is_nan() { f64::INFINITY } else { radius }
 }
 
 /// The supports of the image under a chain in opposite directions. The length of a chain is bounded.

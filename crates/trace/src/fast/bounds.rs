@@ -1,5 +1,7 @@
 //! Where the boxes of states come from.
 
+use std::cell::OnceCell;
+
 use csg_graph::{EvalError, Graph, State};
 use csg_graph_bounds::{Aabb, BoundsError, Envelope, Envelopes, ExactBoxes};
 use glam::DVec3;
@@ -22,7 +24,8 @@ pub(crate) enum Bounds<'a> {
 /// What is known of the extent of one.
 pub(crate) struct Extent {
     pub(crate) aabb: Aabb,
-    envelope: Option<Box<Envelope>>,
+    /// Once somebody has asked for more than the box; none if it may be anywhere.
+    envelope: OnceCell<Option<Box<Envelope>>>,
 }
 
 impl StateBounds {
@@ -36,28 +39,30 @@ impl StateBounds {
 
 impl Bounds<'_> {
     pub(super) fn of(&self, state: &State) -> Result<Extent, EvalError> {
-        match self {
-            Self::Exact(boxes) => {
-                let aabb = boxes.of(state).map_or(Aabb::EMPTY, |found| found.aabb);
-                Ok(Extent { aabb, envelope: None })
-            }
-            Self::Envelopes(envelopes) => match envelopes.of(state) {
-                Ok(envelope) => Ok(Extent { aabb: envelope.aabb(), envelope: Some(Box::new(envelope)) }),
-                Err(BoundsError::Scene(error)) => Err(error),
+        let aabb = match self {
+            Self::Exact(boxes) => boxes.of(state).map_or(Aabb::EMPTY, |found| found.aabb),
+            Self::Envelopes(envelopes) => match envelopes.aabb(state) {
+                Ok(aabb) => aabb,
+                Err(BoundsError::Scene(error)) => return Err(error),
                 // It may be anywhere.
-                Err(_) => Ok(Extent { aabb: Aabb::ALL, envelope: None }),
+                Err(_) => Aabb::ALL,
             },
-        }
+        };
+        Ok(Extent { aabb, envelope: OnceCell::new() })
     }
 
     /// How far a state with that extent reaches in a direction, at most.
     pub(super) fn support(&self, state: &State, extent: &Extent, direction: DVec3) -> f64 {
-        match (self, &extent.envelope) {
-            (Self::Exact(boxes), _) => {
+        let along_axis = direction.abs().element_sum() <= direction.abs().max_element();
+        match self {
+            Self::Exact(boxes) => {
                 boxes.support(state, direction).map_or(f64::INFINITY, |support| support.upper)
             }
-            (_, Some(envelope)) => envelope.support(direction),
-            (_, None) => extent.aabb.support(direction),
+            Self::Envelopes(_) if along_axis => extent.aabb.support(direction),
+            Self::Envelopes(envelopes) => {
+                let envelope = extent.envelope.get_or_init(|| envelopes.of(state).ok().map(Box::new));
+                envelope.as_ref().map_or(f64::INFINITY, |envelope| envelope.support(direction))
+            }
         }
     }
 

@@ -123,10 +123,14 @@ fn open(states: &mut States<'_>, start: Vec<Place>, length: usize) -> Result<Vec
     let mut places: Vec<(Place, Option<usize>)> =
         start.into_iter().zip((1..count).map(Some).chain([None])).collect();
     let mut open = BinaryHeap::new();
-    for (at, (place, _)) in places.iter().enumerate() {
-        enqueue(states, &mut open, place, at)?;
+    if let [(place, _)] = &places[..] {
+        // One place alone is opened in any case, or the list would lead to itself, and however large it is.
+        open.extend(states.is_union(place).then_some(Largest { area: 0.0, place: 0 }));
+    } else {
+        for (at, (place, _)) in places.iter().enumerate() {
+            enqueue(states, &mut open, place, at)?;
+        }
     }
-    // One place alone is opened in any case, or the list would lead to itself.
     while places.len() < length.max(2)
         && let Some(Largest { place: at, .. }) = open.pop()
     {
