@@ -28,7 +28,7 @@ pub struct Expr {
 
 /// One step of the postfix program.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Op {
+pub(crate) enum Op {
     Constant(f64),
     Param(ParamId),
     Unary(Unary),
@@ -182,6 +182,10 @@ impl Expr {
         stack[0]
     }
 
+    pub(crate) fn program(&self) -> &[Op] {
+        &self.program
+    }
+
     /// The parameters that it reads, in the order of reading, with repetitions.
     pub fn params(&self) -> impl Iterator<Item = ParamId> + '_ {
         self.program.iter().filter_map(|op| match op {
@@ -248,7 +252,7 @@ impl Expr {
 }
 
 impl Op {
-    fn arity(self) -> usize {
+    pub(crate) fn arity(self) -> usize {
         match self {
             Self::Constant(_) | Self::Param(_) => 0,
             Self::Unary(_) => 1,

@@ -95,6 +95,22 @@ proptest! {
         }
     }
 
+    /// Whatever is known beforehand.
+    #[test]
+    fn residuals_have_the_same_ranges(
+        expr in expressions(),
+        intervals in prop::array::uniform4(intervals()),
+        given in prop::array::uniform4(any::<bool>()),
+    ) {
+        let intervals = intervals.map(|(interval, _)| interval);
+        let places: Vec<usize> = (0..PARAMS).filter(|index| given[*index]).collect();
+        let known: Vec<Interval> =
+            (0..PARAMS).map(|index| if given[index] { Interval::EMPTY } else { intervals[index] }).collect();
+        let residual = expr.residual(&known, |param| places.iter().position(|index| *index == param.index()));
+        let given: Vec<Interval> = places.iter().map(|index| intervals[*index]).collect();
+        prop_assert_eq!(residual.range(&given), expr.range(&intervals));
+    }
+
     #[test]
     fn points_stay_points(expr in expressions(), values in prop::array::uniform4(numbers())) {
         let mut builder = GraphBuilder::new();

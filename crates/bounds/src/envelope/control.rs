@@ -49,8 +49,9 @@ impl Control {
         self.exact.contains(&param)
     }
 
-    pub(super) fn is_varying(&self, param: ParamId) -> bool {
-        self.varying.contains(&param)
+    /// The place of a parameter among those that vary, if it does.
+    pub(super) fn place(&self, param: ParamId) -> Option<usize> {
+        self.varying.iter().position(|varying| *varying == param)
     }
 
     pub(super) fn varying(&self) -> &[ParamId] {

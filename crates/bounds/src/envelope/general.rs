@@ -41,14 +41,9 @@ const LANDMARKS: [f64; 5] = [f64::NEG_INFINITY, -1.0, 0.0, 1.0, f64::INFINITY];
 /// The envelopes of all keys, for whatever values their states may have.
 pub(super) fn envelopes(graph: &Graph, keys: &Keys) -> Vec<Known> {
     let intervals = intervals(graph, keys);
-    let mut values = Vec::new();
     let recipes: Vec<Recipe<'_>> = (0_u32..)
-        .zip(&intervals)
-        .map(|(key, varying)| {
-            let Some(varying) = varying else { return (Make::Join, 0..0) };
-            keys.fill(key, varying, &mut values);
-            keys.make(graph, key, &mut values)
-        })
+        .zip(intervals)
+        .map(|(key, varying)| varying.map_or((Make::Join, 0..0), |mut varying| keys.make(key, &mut varying)))
         .collect();
     let mut known: Vec<Known> = vec![Ok(Body::EMPTY); keys.len()];
     let components = Components::new(keys.len(), |key| keys.parts(key));
@@ -66,7 +61,6 @@ fn intervals(graph: &Graph, keys: &Keys) -> Vec<Option<Vec<Interval>>> {
     found[root] = Some(varying.iter().map(initial).collect());
     let mut stale = vec![false; keys.len()];
     stale[root] = true;
-    let mut values = Vec::new();
     let mut round = 0;
     while stale.contains(&true) {
         for key in (0..keys.len()).rev() {
@@ -75,8 +69,8 @@ fn intervals(graph: &Graph, keys: &Keys) -> Vec<Option<Vec<Interval>>> {
             }
             let Some(own) = &found[key] else { continue };
             let number = u32::try_from(key).unwrap_or(u32::MAX);
-            keys.fill(number, own, &mut values);
-            let (_, parts) = keys.make(graph, number, &mut values);
+            let mut values = own.clone();
+            let (_, parts) = keys.look(number, &mut values);
             for child in &keys.below(number)[parts] {
                 let slot = &mut found[*child as usize];
                 let mut grown = slot.is_none();

@@ -12,7 +12,8 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use csg_graph::{
-    Env, Expr, Graph, Interval, Node, NodeId, Operator, ParamId, PrimitiveKind, State, TransformKind,
+    Env, Expr, Graph, Interval, Node, NodeId, Operator, ParamId, PrimitiveKind, Residual, State,
+    TransformKind,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -36,6 +37,10 @@ pub(super) struct Keys {
     below: Vec<u32>,
     solids: Vec<Body>,
     maps: Vec<MapRange>,
+    /// What varying parameters make of each other, given in the order of [`Control::varying`].
+    residuals: Vec<Residual>,
+    /// The places of the parameters that these are assigned to, those of C-nodes.
+    targets: Vec<usize>,
     /// By key, whether several ways lead to it, or one from below.
     shared: Vec<bool>,
 }
@@ -52,8 +57,8 @@ pub(super) enum Look<'a> {
     Solid(u32),
     Map(u32),
     /// Of measures and arguments that vary.
-    Primitive(PrimitiveKind, &'a [Expr]),
-    Transform(TransformKind, &'a [Expr]),
+    Primitive(PrimitiveKind, &'a [Residual]),
+    Transform(TransformKind, &'a [Residual]),
 }
 
 /// A key's node, without what varies in it.
@@ -61,6 +66,8 @@ pub(super) enum Look<'a> {
 struct KeyNode {
     kind: Kind,
     below: Range<u32>,
+    /// Of its expressions that depend on what varies.
+    residuals: Range<u32>,
 }
 
 #[derive(Clone, Copy)]
@@ -75,8 +82,8 @@ enum Kind {
     /// Those that depend on what varies: all rules of a symbol, the assignments of a C-node, maps, a primitive.
     Choose,
     Calculate,
-    Transform,
-    Primitive,
+    Transform(TransformKind),
+    Primitive(PrimitiveKind),
 }
 
 /// The most keys that are passed at one time.
@@ -111,6 +118,8 @@ impl Keys {
             below: Vec::new(),
             solids: Vec::new(),
             maps: Vec::new(),
+            residuals: Vec::new(),
+            targets: Vec::new(),
             shared: Vec::new(),
         };
         let root = found.enter((graph.root(), graph.initial().clone()));
@@ -164,8 +173,8 @@ impl Keys {
     /// Looks at the node of a key. Its edges are where the search goes on.
     fn open(&mut self, graph: &Graph, key: u32) -> Range<u32> {
         let (id, env) = self.keys[key as usize].clone();
-        let mut values = Vec::new();
-        self.fill(key, &[], &mut values);
+        let mut values = self.fixed(&env);
+        let start = index(self.residuals.len());
         let node = graph.node(id);
         let varies = self.control.varies_in(node.exprs());
         let ranges = || node.exprs().into_iter().map(|expr| expr.range(&values)).collect::<Vec<_>>();
@@ -183,14 +192,18 @@ impl Keys {
                     if self.control.is_exact(*param) {
                         env.set(*param, expr.evaluate(&env));
                         sound &= env.get(*param).is_some() || !self.control.matters(node.body, *param);
+                        // For the assignments that follow.
+                        values[param.index()] = expr.range(&values);
+                    } else if let Some(place) = self.control.place(*param) {
+                        self.leave(expr, &values, place);
                     }
                 }
-                let changes = node.assignments.iter().any(|(param, _)| self.control.is_varying(*param));
+                let changes = start < index(self.residuals.len());
                 let kind = if changes { Kind::Calculate } else { Kind::Join };
                 let below = sound.then(|| self.enter((node.body, env)));
-                return self.opened(key, kind, below.as_slice());
+                return self.opened(key, kind, below.as_slice(), start);
             }
-            Node::Transformation(_) if varies => (Kind::Transform, children),
+            Node::Transformation(node) if varies => (Kind::Transform(node.kind), children),
             Node::Transformation(node) => match MapRange::new(node.kind, &ranges()) {
                 Some(maps) => {
                     self.maps.push(maps);
@@ -198,7 +211,7 @@ impl Keys {
                 }
                 None => (Kind::Join, &[][..]),
             },
-            Node::Primitive(_) if varies => (Kind::Primitive, children),
+            Node::Primitive(node) if varies => (Kind::Primitive(node.kind), children),
             Node::Primitive(node) => {
                 self.solids.push(primitive::body(node.kind, &ranges()));
                 (Kind::Solid(index(self.solids.len() - 1)), children)
@@ -211,15 +224,37 @@ impl Keys {
             },
             _ => unreachable!("the two crates know the same kinds of nodes"),
         };
+        if matches!(kind, Kind::Choose | Kind::Transform(_) | Kind::Primitive(_)) {
+            node.exprs().into_iter().for_each(|expr| self.leave(expr, &values, usize::MAX));
+        }
         let below: Vec<u32> = children.iter().map(|child| self.enter((*child, env.clone()))).collect();
-        self.opened(key, kind, &below)
+        self.opened(key, kind, &below, start)
     }
 
-    fn opened(&mut self, key: u32, kind: Kind, below: &[u32]) -> Range<u32> {
+    /// The intervals of all parameters that do not vary.
+    fn fixed(&self, env: &Env) -> Vec<Interval> {
+        let mut values = self.values.clone();
+        for param in self.control.exact() {
+            if let Some(value) = env.get(*param) {
+                values[param.index()] = Interval::point(value);
+            }
+        }
+        values
+    }
+
+    /// Leaves of an expression what depends on varying parameters, and where the result belongs among these.
+    fn leave(&mut self, expr: &Expr, values: &[Interval], target: usize) {
+        self.residuals.push(expr.residual(values, |param| self.control.place(param)));
+        self.targets.push(target);
+    }
+
+    /// The residuals are all from `start` on.
+    fn opened(&mut self, key: u32, kind: Kind, below: &[u32], start: u32) -> Range<u32> {
+        let residuals = start..index(self.residuals.len());
         let start = index(self.below.len());
         self.below.extend(below);
         let below = start..index(self.below.len());
-        self.nodes[key as usize] = KeyNode { kind, below: below.clone() };
+        self.nodes[key as usize] = KeyNode { kind, below: below.clone(), residuals };
         below
     }
 
@@ -266,7 +301,7 @@ impl Keys {
     /// Where a key leads that is nothing but another one, or a few steps on the way there.
     fn end(&self, mut key: u32) -> u32 {
         for _ in 0..PASSED {
-            let KeyNode { kind, below } = &self.nodes[key as usize];
+            let KeyNode { kind, below, .. } = &self.nodes[key as usize];
             if !matches!(kind, Kind::Join) || below.len() != 1 {
                 break;
             }
@@ -291,6 +326,7 @@ impl Keys {
             + self.below.len() * size_of::<u32>()
             + self.solids.len() * size_of::<Body>()
             + self.maps.len() * size_of::<MapRange>()
+            + self.residuals.iter().map(|residual| residual.bytes() + size_of::<usize>()).sum::<usize>()
     }
 
     pub(super) fn control(&self) -> &Control {
@@ -333,30 +369,15 @@ impl Keys {
         &self.below[start as usize..end as usize]
     }
 
-    /// The intervals of all parameters at a key, from those of the varying ones.
-    pub(super) fn fill(&self, key: u32, varying: &[Interval], values: &mut Vec<Interval>) {
-        values.clone_from(&self.values);
-        let (_, env) = &self.keys[key as usize];
-        for param in self.control.exact() {
-            if let Some(value) = env.get(*param) {
-                values[param.index()] = Interval::point(value);
-            }
-        }
-        for (param, interval) in self.control.varying().iter().zip(varying) {
-            values[param.index()] = *interval;
-        }
-    }
-
-    /// The intervals of the varying parameters that matter at a key, among those of all parameters.
+    /// What matters at a key of the intervals of the varying parameters.
     pub(super) fn varying<'a>(
         &'a self,
         key: u32,
-        values: &'a [Interval],
+        varying: &'a [Interval],
     ) -> impl Iterator<Item = Interval> + 'a {
         let node = self.node(key);
-        self.control.varying().iter().map(move |param| {
-            let matters = self.control.matters(node, *param);
-            if matters { values[param.index()] } else { Interval::ALL }
+        self.control.varying().iter().zip(varying).map(move |(param, interval)| {
+            if self.control.matters(node, *param) { *interval } else { Interval::ALL }
         })
     }
 
@@ -378,45 +399,38 @@ impl Keys {
         matches!(self.nodes[key as usize].kind, Kind::Calculate)
     }
 
-    /// How a key is made, and of which of [those below](Self::below) it, by their positions. The values become those that are
-    /// seen below.
-    pub(super) fn look<'a>(
-        &self,
-        graph: &'a Graph,
-        key: u32,
-        values: &mut [Interval],
-    ) -> (Look<'a>, Range<usize>) {
-        let node = graph.node(self.node(key));
-        let below = 0..self.nodes[key as usize].below.len();
-        match (self.nodes[key as usize].kind, node) {
-            (Kind::Join, _) => (Look::Join, below),
-            (Kind::Meet, _) => (Look::Meet, below),
-            (Kind::Difference, _) => (Look::Left, below),
-            (Kind::Solid(number), _) => (Look::Solid(number), below),
-            (Kind::Map(number), _) => (Look::Map(number), below),
-            (Kind::Choose, Node::Symbol(symbol)) => {
-                let value = symbol.selection.as_ref().map_or(Interval::point(1.0), |expr| expr.range(values));
+    /// How a key is made, and of which of [those below](Self::below) it, by their positions. The intervals of the varying
+    /// parameters become those that are seen below.
+    pub(super) fn look(&self, key: u32, varying: &mut [Interval]) -> (Look<'_>, Range<usize>) {
+        let KeyNode { kind, below, residuals } = &self.nodes[key as usize];
+        let places = residuals.start as usize..residuals.end as usize;
+        let residuals = &self.residuals[places.clone()];
+        let below = 0..below.len();
+        match *kind {
+            Kind::Join => (Look::Join, below),
+            Kind::Meet => (Look::Meet, below),
+            Kind::Difference => (Look::Left, below),
+            Kind::Solid(number) => (Look::Solid(number), below),
+            Kind::Map(number) => (Look::Map(number), below),
+            Kind::Choose => {
+                let value = residuals.first().map_or(Interval::point(1.0), |value| value.range(varying));
                 (Look::Join, rules(value, below.len()))
             }
-            (Kind::Calculate, Node::Calculation(node)) => {
-                for (param, expr) in &node.assignments {
-                    // Exact ones as well, for the assignments that follow.
-                    if self.control.is_varying(*param) || self.control.is_exact(*param) {
-                        values[param.index()] = expr.range(values);
-                    }
+            Kind::Calculate => {
+                for (target, residual) in self.targets[places].iter().zip(residuals) {
+                    varying[*target] = residual.range(varying);
                 }
                 (Look::Join, below)
             }
-            (Kind::Transform, Node::Transformation(node)) => (Look::Transform(node.kind, &node.args), below),
-            (Kind::Primitive, Node::Primitive(node)) => (Look::Primitive(node.kind, &node.args), below),
-            _ => unreachable!("a key is of the kind of its node"),
+            Kind::Transform(kind) => (Look::Transform(kind, residuals), below),
+            Kind::Primitive(kind) => (Look::Primitive(kind, residuals), below),
         }
     }
 
     /// As [`look`](Self::look), with what varies.
-    pub(super) fn make(&self, graph: &Graph, key: u32, values: &mut [Interval]) -> (Make<'_>, Range<usize>) {
-        let (look, below) = self.look(graph, key, values);
-        let ranges = |exprs: &[Expr]| exprs.iter().map(|expr| expr.range(values)).collect::<Vec<_>>();
+    pub(super) fn make(&self, key: u32, varying: &mut [Interval]) -> (Make<'_>, Range<usize>) {
+        let (look, below) = self.look(key, varying);
+        let ranges = |left: &[Residual]| left.iter().map(|left| left.range(varying)).collect::<Vec<_>>();
         let make = match look {
             Look::Join => Make::Join,
             Look::Meet => Make::Meet,
@@ -434,7 +448,8 @@ impl Keys {
 }
 
 impl KeyNode {
-    const UNOPENED: Self = Self { kind: Kind::Join, below: Range { start: u32::MAX, end: 0 } };
+    const UNOPENED: Self =
+        Self { kind: Kind::Join, below: Range { start: u32::MAX, end: 0 }, residuals: 0..0 };
 
     fn opened(&self) -> bool {
         self.below.start <= self.below.end

@@ -170,7 +170,7 @@ impl Envelopes {
     }
 
     fn question(&self) -> Question<'_> {
-        Question { graph: &self.graph, keys: &self.keys, general: &self.general }
+        Question { keys: &self.keys, general: &self.general }
     }
 
     fn error(&self, failure: &Failure) -> BoundsError<EvalError> {

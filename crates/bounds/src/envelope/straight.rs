@@ -58,6 +58,9 @@ impl Straight {
 
 /// All products with numbers from `min` to `max`, and some ulps more.
 fn scaled(factor: Interval, [min, max]: [f64; 2]) -> [f64; 2] {
+    if factor.min > 0.0 && factor.min >= factor.max {
+        return [lower(factor.min * min), -lower(-factor.min * max)];
+    }
     // 0 times whatever has no end is 0.
     let product = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a * b };
     let [a, b] = [product(factor.min, min), product(factor.min, max)];

@@ -13,7 +13,7 @@ mod plan;
 
 use std::cell::RefCell;
 
-use csg_graph::{Graph, Interval};
+use csg_graph::Interval;
 
 use super::body::Body;
 use super::general::{Failure, Known};
@@ -26,7 +26,6 @@ use plan::{Part, Plan, Source};
 /// Who is asked.
 #[derive(Clone, Copy)]
 pub(super) struct Question<'a> {
-    pub(super) graph: &'a Graph,
     pub(super) keys: &'a Keys,
     pub(super) general: &'a [Known],
 }
@@ -75,7 +74,7 @@ impl<'a> Question<'a> {
     fn ask(self, key: u32, varying: impl Iterator<Item = Interval>, whole: bool) -> Found {
         let mut scratch = SCRATCH.take();
         let Scratch { plan, whole: wanted, found } = &mut scratch;
-        plan.make(self.graph, self.keys, key, varying);
+        plan.make(self.keys, key, varying);
         wanted.clear();
         wanted.resize(plan.made().len(), false);
         wanted[0] = whole;

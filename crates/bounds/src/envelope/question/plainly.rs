@@ -30,14 +30,13 @@ enum Source {
 }
 
 /// The envelope of all states with a key whose varying parameters are in these intervals.
-fn envelope(Question { graph, keys, general }: Question<'_>, key: u32, varying: Vec<Interval>) -> Known {
+fn envelope(Question { keys, general }: Question<'_>, key: u32, varying: Vec<Interval>) -> Known {
     let first = (0, Reverse(key));
     let mut queue = BTreeMap::from([(first, varying)]);
     let mut visits: BTreeMap<Place, (Make<'_>, Vec<Source>)> = BTreeMap::new();
     while let Some((place @ (round, Reverse(key)), varying)) = queue.pop_first() {
-        let mut values = Vec::new();
-        keys.fill(key, &varying, &mut values);
-        let (make, parts) = keys.make(graph, key, &mut values);
+        let mut values = varying;
+        let (make, parts) = keys.make(key, &mut values);
         let mut sources = Vec::new();
         for part in &keys.below(key)[parts] {
             let round = if *part >= key { round + 1 } else { round };
@@ -47,7 +46,7 @@ fn envelope(Question { graph, keys, general }: Question<'_>, key: u32, varying: 
             }
             let place = (round, Reverse(*part));
             let below = keys.varying(*part, &values);
-            let known = queue.entry(place).or_insert_with(|| vec![Interval::EMPTY; varying.len()]);
+            let known = queue.entry(place).or_insert_with(|| vec![Interval::EMPTY; values.len()]);
             known.iter_mut().zip(below).for_each(|(known, new)| *known = known.join(new));
             sources.push(Source::Visit(place));
         }

@@ -9,7 +9,7 @@
 
 use std::ops::Range;
 
-use csg_graph::{Graph, Interval, PrimitiveKind};
+use csg_graph::{Interval, PrimitiveKind};
 
 use crate::envelope::keys::{Keys, Look};
 use crate::envelope::transform::{Chain, MapRange};
@@ -91,9 +91,9 @@ enum Number {
 #[derive(Default)]
 struct Tree {
     open: Vec<Branch>,
-    /// The intervals of all parameters, frame by frame.
+    /// The intervals of the varying parameters, frame by frame.
     frames: Vec<Interval>,
-    /// The number of parameters.
+    /// The number of these parameters.
     size: usize,
 }
 
@@ -119,13 +119,7 @@ struct Round {
 
 impl Plan {
     /// Plans the question for a key whose varying parameters are in these intervals: visit 0.
-    pub(super) fn make(
-        &mut self,
-        graph: &Graph,
-        keys: &Keys,
-        key: u32,
-        varying: impl Iterator<Item = Interval>,
-    ) {
+    pub(super) fn make(&mut self, keys: &Keys, key: u32, varying: impl Iterator<Item = Interval>) {
         self.visits.clear();
         self.intervals.clear();
         self.made.clear();
@@ -138,7 +132,7 @@ impl Plan {
         self.intervals.extend(varying);
         let mut next = Some(self.add(0, key));
         while let Some(visit) = next {
-            self.visit(graph, keys, visit);
+            self.visit(keys, visit);
             next = self.waiting.pop().or_else(|| self.rounds[0].pop()).or_else(|| {
                 self.rounds.swap(0, 1);
                 self.rounds[0].pop()
@@ -153,13 +147,12 @@ impl Plan {
     }
 
     /// Lists the parts of a visit.
-    fn visit(&mut self, graph: &Graph, keys: &Keys, number: u32) {
+    fn visit(&mut self, keys: &Keys, number: u32) {
         let Visit { key, round, .. } = self.visits[number as usize];
-        let count = keys.control().varying().len();
-        let varying = &self.intervals[number as usize * count..][..count];
-        keys.fill(key, varying, &mut self.tree.frames);
-        let size = self.tree.frames.len();
+        let size = keys.control().varying().len();
         self.tree.size = size;
+        self.tree.frames.clear();
+        self.tree.frames.extend_from_slice(&self.intervals[number as usize * size..][..size]);
         let start = self.parts.len();
         self.tree.open.push(Branch { key, link: None, frame: 0, last: true });
         while let Some(mut branch) = self.tree.open.pop() {
@@ -169,7 +162,7 @@ impl Plan {
                 branch = Branch { frame: branch.frame + 1, last: true, ..branch };
             }
             let values = &mut self.tree.frames[branch.frame * size..];
-            let (look, below) = keys.look(graph, branch.key, values);
+            let (look, below) = keys.look(branch.key, values);
             let below = &keys.below(branch.key)[below];
             match look {
                 // Below many directions it is cheaper to have all parts in one.
