@@ -252,6 +252,9 @@ fn envelopes(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("of", name), |b| {
             b.iter(|| asked.iter().filter(|state| envelopes.of(black_box(state)).is_ok()).count());
         });
+        group.bench_function(BenchmarkId::new("aabb", name), |b| {
+            b.iter(|| asked.iter().filter(|state| envelopes.aabb(black_box(state)).is_ok()).count());
+        });
     }
     group.finish();
 }

@@ -174,6 +174,9 @@ impl Interval {
         if other.contains(0.0) || infinite(self) && infinite(other) {
             return Self::ALL;
         }
+        if let Some(divisor) = other.value() {
+            return Self::about([self.min / divisor, self.max / divisor]);
+        }
         Self::about([self.min / other.min, self.min / other.max, self.max / other.min, self.max / other.max])
     }
 

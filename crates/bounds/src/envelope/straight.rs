@@ -45,12 +45,12 @@ impl Straight {
             return Aabb::EMPTY;
         }
         let mut image = Aabb::ALL;
-        for axis in 0..3 {
+        for (axis, offset) in offset.iter().enumerate() {
             let from = self.from[axis];
             let [min, max] = scaled(self.factors[axis], [below.min[from], below.max[from]]);
             // What has no end on one side may be moved without end to the other.
-            image.min[axis] = f64::NEG_INFINITY.max(lower(min + offset[axis].min));
-            image.max[axis] = -f64::NEG_INFINITY.max(lower(-max - offset[axis].max));
+            image.min[axis] = f64::NEG_INFINITY.max(lower(min + offset.min));
+            image.max[axis] = -f64::NEG_INFINITY.max(lower(-max - offset.max));
         }
         image
     }
@@ -58,6 +58,9 @@ impl Straight {
 
 /// All products with numbers from `min` to `max`, and some ulps more.
 fn scaled(factor: Interval, [min, max]: [f64; 2]) -> [f64; 2] {
+    if factor == Interval::point(1.0) {
+        return [min, max];
+    }
     if factor.min > 0.0 && factor.min >= factor.max {
         return [lower(factor.min * min), -lower(-factor.min * max)];
     }

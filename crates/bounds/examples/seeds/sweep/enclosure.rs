@@ -1,7 +1,7 @@
 //! The envelopes of one seed, and the exact boxes that must lie in them.
 
 use csg_graph::{EvalError, Graph, Operator, State, Step};
-use csg_graph_bounds::{BoundsError, Envelope, Envelopes, ExactBoxes, Limits, Slabs, StateBox, exact};
+use csg_graph_bounds::{Aabb, BoundsError, Envelope, Envelopes, ExactBoxes, Limits, Slabs, StateBox, exact};
 use glam::DVec3;
 
 use super::{Failure, Tally};
@@ -26,14 +26,14 @@ pub(super) fn check(graph: &Graph, envelopes: &Envelopes, seed: u64, shrink: f64
     let above_meets = above_meets(graph, &boxes)?;
     for ((state, found), above_meet) in boxes.states().zip(above_meets) {
         tally.states += 1;
-        let envelope = match envelopes.of(state) {
-            Ok(envelope) if !above_meet => envelope,
+        let (envelope, flat) = match (envelopes.of(state), envelopes.aabb(state)) {
+            (Ok(envelope), Ok(flat)) if !above_meet => (envelope, flat),
             _ => {
                 tally.skipped += 1;
                 continue;
             }
         };
-        if let Some((direction, excess)) = cut_off(&boxes, state, &found, &envelope, shrink) {
+        if let Some((direction, excess)) = cut_off(&boxes, state, &found, (&envelope, flat), shrink) {
             tally.violations += 1;
             tally.told.push(format!(
                 "seed {seed}: {} where {:?} reaches further than its envelope towards {direction}, by {excess:e}",
@@ -50,7 +50,7 @@ fn cut_off(
     boxes: &ExactBoxes<Graph>,
     state: &State,
     found: &StateBox,
-    envelope: &Envelope,
+    (envelope, flat): (&Envelope, Aabb),
     shrink: f64,
 ) -> Option<(DVec3, f64)> {
     let exact = found.aabb;
@@ -59,7 +59,12 @@ fn cut_off(
     }
     let coordinates = [exact.min.to_array(), exact.max.to_array()].into_iter().flatten();
     let size = coordinates.filter(|x| x.is_finite()).fold(0.0, |size: f64, x| size.max(x.abs()));
-    let Slabs { min, max } = envelope.slabs();
+    let Slabs { mut min, mut max } = *envelope.slabs();
+    // The box may be asked for by itself.
+    for axis in 0..3 {
+        min[axis] = min[axis].max(flat.min[axis]);
+        max[axis] = max[axis].min(flat.max[axis]);
+    }
     let planes = Slabs::<13>::DIRECTIONS.into_iter().enumerate().flat_map(|(i, direction)| {
         let inwards = shrink * (max[i] - min[i]);
         [(direction, max[i] - inwards), (-direction, -min[i] - inwards)]

@@ -8,21 +8,25 @@
 //! Keys are numbered as a depth-first search leaves them: each has a higher number than those below it, unless they lead
 //! back to it.
 
-use std::borrow::Cow;
+mod look;
+mod numbers;
+
 use std::ops::Range;
 
 use csg_graph::{
     Env, Expr, Graph, Interval, Node, NodeId, Operator, ParamId, PrimitiveKind, Residual, State,
     TransformKind,
 };
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashSet;
 
-use super::assemble::Make;
 use super::body::Body;
 use super::control::Control;
 use super::primitive;
 use super::transform::MapRange;
 use crate::Scene;
+pub(super) use look::Look;
+use look::rules;
+use numbers::Numbers;
 
 /// All keys below a root.
 pub(super) struct Keys {
@@ -31,7 +35,7 @@ pub(super) struct Keys {
     values: Vec<Interval>,
     keys: Vec<(NodeId, Env)>,
     root: u32,
-    numbers: FxHashMap<(NodeId, Env), u32>,
+    numbers: Numbers,
     nodes: Vec<KeyNode>,
     /// The keys below all keys.
     below: Vec<u32>,
@@ -43,22 +47,6 @@ pub(super) struct Keys {
     targets: Vec<usize>,
     /// By key, whether several ways lead to it, or one from below.
     shared: Vec<bool>,
-}
-
-/// How a key is made of those below it, where what varies is not put in yet.
-#[derive(Clone, Copy)]
-pub(super) enum Look<'a> {
-    /// The union of any number of parts.
-    Join,
-    Meet,
-    /// The left operand of a difference, which is the first part.
-    Left,
-    /// The number of a known solid, or of known maps.
-    Solid(u32),
-    Map(u32),
-    /// Of measures and arguments that vary.
-    Primitive(PrimitiveKind, &'a [Residual]),
-    Transform(TransformKind, &'a [Residual]),
 }
 
 /// A key's node, without what varies in it.
@@ -109,11 +97,11 @@ impl Keys {
             .collect();
         control.assigned().iter().for_each(|param| values[param.index()] = Interval::ALL);
         let mut found = Self {
+            numbers: Numbers::new(graph, &control),
             control,
             values,
             keys: Vec::new(),
             root: 0,
-            numbers: FxHashMap::default(),
             nodes: Vec::new(),
             below: Vec::new(),
             solids: Vec::new(),
@@ -152,7 +140,7 @@ impl Keys {
         let (node, mut env) = state;
         self.normalise(node, &mut env);
         let fresh = index(self.keys.len());
-        let key = *self.numbers.entry((node, env.clone())).or_insert(fresh);
+        let key = self.numbers.get_or_insert(node, &env, fresh);
         if key == fresh {
             self.keys.push((node, env));
             self.nodes.push(KeyNode::UNOPENED);
@@ -277,12 +265,12 @@ impl Keys {
         self.nodes = left.iter().map(|entered| self.nodes[*entered as usize].clone()).collect();
         self.below.iter_mut().for_each(|key| *key = numbers[*key as usize]);
         self.root = numbers[0];
-        self.numbers.values_mut().for_each(|key| *key = numbers[*key as usize]);
+        self.numbers.renumber(&numbers);
         // Whatever leads to a key that is nothing but another one leads to that.
         let ends: Vec<u32> = (0..index(left.len())).map(|key| self.end(key)).collect();
         self.root = ends[self.root as usize];
         self.below.iter_mut().for_each(|key| *key = ends[*key as usize]);
-        self.numbers.values_mut().for_each(|key| *key = ends[*key as usize]);
+        self.numbers.renumber(&ends);
         self.shared = self.shared();
     }
 
@@ -321,8 +309,8 @@ impl Keys {
     /// About how much memory this holds.
     pub(super) fn bytes(&self) -> usize {
         let key = size_of::<(NodeId, Env)>() + self.values.len() * size_of::<f64>() + 2 * size_of::<usize>();
-        let number = size_of::<(NodeId, Env, u32)>() * 2;
-        self.keys.len() * (key + number + size_of::<KeyNode>())
+        self.keys.len() * (key + size_of::<KeyNode>())
+            + self.numbers.bytes()
             + self.below.len() * size_of::<u32>()
             + self.solids.len() * size_of::<Body>()
             + self.maps.len() * size_of::<MapRange>()
@@ -342,9 +330,7 @@ impl Keys {
 
     /// The key of a state, or `None` if the root does not lead to it.
     pub(super) fn number(&self, state: &State) -> Option<u32> {
-        let mut env = state.env().clone();
-        self.normalise(state.node(), &mut env);
-        self.numbers.get(&(state.node(), env)).copied()
+        self.numbers.get(state.node(), state.env())
     }
 
     pub(super) fn node(&self, key: u32) -> NodeId {
@@ -398,53 +384,6 @@ impl Keys {
     pub(super) fn changes(&self, key: u32) -> bool {
         matches!(self.nodes[key as usize].kind, Kind::Calculate)
     }
-
-    /// How a key is made, and of which of [those below](Self::below) it, by their positions. The intervals of the varying
-    /// parameters become those that are seen below.
-    pub(super) fn look(&self, key: u32, varying: &mut [Interval]) -> (Look<'_>, Range<usize>) {
-        let KeyNode { kind, below, residuals } = &self.nodes[key as usize];
-        let places = residuals.start as usize..residuals.end as usize;
-        let residuals = &self.residuals[places.clone()];
-        let below = 0..below.len();
-        match *kind {
-            Kind::Join => (Look::Join, below),
-            Kind::Meet => (Look::Meet, below),
-            Kind::Difference => (Look::Left, below),
-            Kind::Solid(number) => (Look::Solid(number), below),
-            Kind::Map(number) => (Look::Map(number), below),
-            Kind::Choose => {
-                let value = residuals.first().map_or(Interval::point(1.0), |value| value.range(varying));
-                (Look::Join, rules(value, below.len()))
-            }
-            Kind::Calculate => {
-                for (target, residual) in self.targets[places].iter().zip(residuals) {
-                    varying[*target] = residual.range(varying);
-                }
-                (Look::Join, below)
-            }
-            Kind::Transform(kind) => (Look::Transform(kind, residuals), below),
-            Kind::Primitive(kind) => (Look::Primitive(kind, residuals), below),
-        }
-    }
-
-    /// As [`look`](Self::look), with what varies.
-    pub(super) fn make(&self, key: u32, varying: &mut [Interval]) -> (Make<'_>, Range<usize>) {
-        let (look, below) = self.look(key, varying);
-        let ranges = |left: &[Residual]| left.iter().map(|left| left.range(varying)).collect::<Vec<_>>();
-        let make = match look {
-            Look::Join => Make::Join,
-            Look::Meet => Make::Meet,
-            Look::Left => Make::Left,
-            Look::Solid(number) => Make::Solid(Cow::Borrowed(self.solid(number))),
-            Look::Map(number) => Make::Map(Cow::Borrowed(self.map(number))),
-            Look::Primitive(kind, args) => Make::Solid(Cow::Owned(primitive::body(kind, &ranges(args)))),
-            Look::Transform(kind, args) => match MapRange::new(kind, &ranges(args)) {
-                Some(maps) => Make::Map(Cow::Owned(maps)),
-                None => return (Make::Join, 0..0),
-            },
-        };
-        (make, below)
-    }
 }
 
 impl KeyNode {
@@ -454,14 +393,6 @@ impl KeyNode {
     fn opened(&self) -> bool {
         self.below.start <= self.below.end
     }
-}
-
-/// The positions of the rules that a selection in an interval may name.
-fn rules(selection: Interval, count: usize) -> Range<usize> {
-    let mut named = (1_u32..).take(count).map(|number| selection.contains(number.into()));
-    named
-        .position(|named| named)
-        .map_or(0..0, |first| first..first + 1 + named.take_while(|named| *named).count())
 }
 
 fn index(index: usize) -> u32 {
