@@ -120,7 +120,8 @@ impl Envelopes {
         self.keys.len()
     }
 
-    /// About how much memory this holds, without the graph. Questions need some hundred kilobytes for a moment.
+    /// About how much memory this holds, without the graph. Each thread that asks keeps up to some hundred kilobytes for its next
+    /// question.
     pub fn bytes(&self) -> usize {
         self.keys.bytes() + self.general.len() * size_of::<Known>()
     }

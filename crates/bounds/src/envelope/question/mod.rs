@@ -5,7 +5,7 @@
 //! level. A recursion that ends when something has become small enough ends here as well. What does not end within some
 //! rounds, and what is too much, is bounded by what is known [in general](super::general).
 //!
-//! Of what is under nothing but [straight] maps, the boxes are enough for a box.
+//! Of what is under nothing but [straight](super::straight) maps, the boxes are enough for a box.
 
 #[cfg(test)]
 mod plainly;
