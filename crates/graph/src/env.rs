@@ -12,7 +12,7 @@ use crate::ParamId;
 ///
 /// A parameter without a value is *unset*: never assigned, or blanked because nothing below can read it.
 #[derive(Clone, Debug)]
-pub struct Env(Arc<Vec<f64>>);
+pub struct Env(Arc<[f64]>);
 
 /// The value of an unset parameter. No calculation gives it: a result that is not a number is an error.
 const UNSET: f64 = f64::NAN;
@@ -20,12 +20,12 @@ const UNSET: f64 = f64::NAN;
 impl Env {
     /// An environment of `count` unset parameters.
     pub fn unset(count: usize) -> Self {
-        Self(Arc::new(vec![UNSET; count]))
+        Self(std::iter::repeat_n(UNSET, count).collect())
     }
 
     /// One more parameter, unset.
     pub(crate) fn extend(&mut self) {
-        Arc::make_mut(&mut self.0).push(UNSET);
+        self.0 = self.0.iter().copied().chain([UNSET]).collect();
     }
 
     /// The value of `param`, or `None` while it is unset.

@@ -158,12 +158,9 @@ impl Graph {
 
     /// The state of `node` under `env`: dead parameters are blanked.
     pub fn state(&self, node: NodeId, mut env: Env) -> State {
-        for param in self.params() {
-            if self.liveness.is_assigned(param)
-                && !self.liveness.is_live(node, param)
-                && env.get(param).is_some()
-            {
-                env.blank(param);
+        for param in self.liveness.dead(node) {
+            if env.get(*param).is_some() {
+                env.blank(*param);
             }
         }
         State { node, env }

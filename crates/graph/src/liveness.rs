@@ -12,6 +12,8 @@ pub(crate) struct Liveness {
     words: usize,
     rows: Vec<u64>,
     assigned: Vec<u64>,
+    /// For each node, the parameters that some C-node assigns and that are dead at this one.
+    dead: Vec<Box<[ParamId]>>,
 }
 
 impl Liveness {
@@ -23,15 +25,24 @@ impl Liveness {
                 calculation.assignments.iter().for_each(|(param, _)| insert(&mut assigned, *param));
             }
         }
-        let mut liveness = Self { words, rows: vec![0; words * nodes.len()], assigned };
+        let mut liveness = Self { words, rows: vec![0; words * nodes.len()], assigned, dead: Vec::new() };
         if words > 0 {
             liveness.iterate(nodes);
         }
+        let assigned: Vec<ParamId> =
+            (0..params).map(ParamId::from_index).filter(|param| liveness.is_assigned(*param)).collect();
+        let dead = |node| assigned.iter().copied().filter(|param| !liveness.is_live(node, *param)).collect();
+        liveness.dead = (0..nodes.len()).map(NodeId::from_index).map(dead).collect();
         liveness
     }
 
     pub(crate) fn is_live(&self, node: NodeId, param: ParamId) -> bool {
         self.row(node.index())[param.index() / 64] >> (param.index() % 64) & 1 != 0
+    }
+
+    /// The parameters that no state of the node has a value for.
+    pub(crate) fn dead(&self, node: NodeId) -> &[ParamId] {
+        &self.dead[node.index()]
     }
 
     /// Whether some C-node assigns the parameter.
