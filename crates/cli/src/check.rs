@@ -95,7 +95,8 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
 /// may still be one.
 fn vast(args: &CheckArgs, loaded: &Loaded, error: &StatesError, limit: usize) -> Result<(), Failure> {
     let graph = &loaded.scene.graph;
-    let Ok((envelopes, root)) = loaded.envelopes() else { return Err(loaded.failure(error)) };
+    let Ok(envelopes) = loaded.envelopes() else { return Err(loaded.failure(error)) };
+    let root = loaded.refined_box(&envelopes)?;
     if !graph.nodes().any(|(_, node)| node.exprs().iter().any(|expr| expr.is_erratic())) {
         loaded.warn(error);
     }

@@ -51,7 +51,7 @@ impl<'a> Prepared<'a> {
                 let (bounds, usual_detail) = match regime {
                     Regime::Endless => (StateBounds::Exact(Box::new(exact_boxes(loaded)?)), 0.5),
                     // Envelopes are about twice as large as what is in them.
-                    _ => (StateBounds::Envelopes(Box::new(loaded.envelopes()?.0)), 1.0),
+                    _ => (StateBounds::Envelopes(Box::new(loaded.envelopes()?)), 1.0),
                 };
                 let bounding_time = start.elapsed();
                 let compiled = Accelerated::on_demand(graph.clone(), bounds, memory)

@@ -95,18 +95,23 @@ impl Loaded {
         }
     }
 
-    /// Bounds for states that are too many to be listed, and that of the root.
-    pub(crate) fn envelopes(&self) -> Result<(Envelopes, Aabb), Failure> {
-        let graph = &self.scene.graph;
-        let envelopes = Envelopes::new(graph.clone(), &self.bounds_limits());
-        let root = envelopes.refined_box(&graph.root_state(), FACE_STEPS);
-        let root = root.map_err(|error| bounds::failure(self, error))?;
-        if !root.is_bounded() {
+    /// Bounds for states that are too many to be listed.
+    pub(crate) fn envelopes(&self) -> Result<Envelopes, Failure> {
+        let envelopes = Envelopes::new(self.scene.graph.clone(), &self.bounds_limits());
+        let root =
+            envelopes.of(&self.scene.graph.root_state()).map_err(|error| bounds::failure(self, error))?;
+        if !root.aabb().is_bounded() {
             return Err(self.refused(
                 "it has more states than are listed, and without a list its parts may be anywhere; raise --max-states",
             ));
         }
-        Ok((envelopes, root))
+        Ok(envelopes)
+    }
+
+    /// The box of a scene with envelopes, about as large as a picture of it has to be.
+    pub(crate) fn refined_box(&self, envelopes: &Envelopes) -> Result<Aabb, Failure> {
+        let root = envelopes.refined_box(&self.scene.graph.root_state(), FACE_STEPS);
+        root.map_err(|error| bounds::failure(self, error))
     }
 
     /// Points at a recursion that never ends, if there is one.

@@ -31,7 +31,7 @@ impl<'a> Stage<'a> {
         let prepared = Prepared::new(loaded, &regime, plan)?;
         let framed = || {
             if let Regime::Vast(_) = regime {
-                return loaded.envelopes().map(|(_, root)| root);
+                return loaded.refined_box(&loaded.envelopes()?);
             }
             let root = root_box(&loaded.scene.graph, &loaded.bounds_limits());
             root.map(|root| root.aabb).map_err(|error| bounds::failure(loaded, error))
