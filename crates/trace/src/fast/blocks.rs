@@ -23,7 +23,8 @@ use rustc_hash::FxHashMap;
 use super::bounds::StateBounds;
 use super::compile::{BYTES, Compiled, Content, Item, SuperNode, index};
 use super::detail::Footprint;
-use super::sample::{Dice, Parts, Sample};
+use super::sample::{Dice, Sample};
+use super::unions::Unions;
 
 /// The number of items that a state is opened to. Fewer mean more gates on the way of a ray, more mean more that no ray
 /// meets.
@@ -31,6 +32,9 @@ const LENGTH: usize = 8;
 
 /// Of what part of the memory blocks are held by threads, and not only remembered.
 const HELD: usize = 8;
+
+/// And what part is left to the allocator: between blocks that came and went, half as much as they take is lost.
+const LOST: usize = 4;
 
 /// What there is of a graph.
 #[derive(Debug)]
@@ -45,7 +49,7 @@ pub(super) enum Blocks {
 pub(super) struct OnDemand {
     graph: Graph,
     bounds: StateBounds,
-    parts: Parts,
+    unions: Unions,
     root: Arc<Compiled>,
     remembered: Cache<State, Arc<Compiled>, Bytes>,
     memory: usize,
@@ -63,13 +67,13 @@ impl Weighter<State, Arc<Compiled>> for Bytes {
 impl OnDemand {
     /// A graph with bounds for its states, and the memory that blocks may take, in bytes.
     pub(super) fn new(graph: Graph, bounds: StateBounds, memory: usize) -> Result<Self, EvalError> {
-        let held = memory / HELD;
-        let capacity = memory - held;
+        let capacity = memory - memory / HELD - memory / LOST;
         let estimated = capacity / (LENGTH * BYTES);
         let remembered = Cache::with_weighter(estimated.max(16), capacity as u64, Bytes);
-        let root = Compiled::block(&graph, bounds.as_ref(), graph.root_state(), LENGTH)?;
+        let unions = Unions::new(&graph);
+        let root = Compiled::block(&graph, bounds.as_ref(), &unions, graph.root_state(), LENGTH)?;
         let root = Arc::new(root.with_extents());
-        Ok(Self { parts: Parts::new(&graph), graph, bounds, root, remembered, memory })
+        Ok(Self { graph, unions, bounds, root, remembered, memory })
     }
 
     pub(super) fn root(&self) -> Arc<Compiled> {
@@ -79,7 +83,8 @@ impl OnDemand {
     /// The block of a state.
     fn block(&self, state: &State) -> Result<Arc<Compiled>, EvalError> {
         self.remembered.get_or_insert_with(state, || {
-            let block = Compiled::block(&self.graph, self.bounds.as_ref(), state.clone(), LENGTH)?;
+            let Self { graph, bounds, unions, .. } = self;
+            let block = Compiled::block(graph, bounds.as_ref(), unions, state.clone(), LENGTH)?;
             Ok(Arc::new(block.with_extents()))
         })
     }
@@ -203,7 +208,7 @@ impl<'a> Held<'a> {
         let (sample, gate) = Sample::of_item(block, item as usize, &mut dice);
         let (Some(gate), Blocks::OnDemand(source)) = (gate, self.source) else { return sample };
         let inner = gate.sample.get_or_init(|| {
-            let drawn = Sample::of_state(&source.graph, &source.parts, &gate.state, &mut dice);
+            let drawn = Sample::of_state(&source.graph, &source.unions, &gate.state, &mut dice);
             drawn.map(Box::new).map_err(|fault| self.fault.set(Some(Box::new(fault)))).ok()
         });
         inner.as_ref().map_or(sample.clone(), |inner| sample.then(inner))

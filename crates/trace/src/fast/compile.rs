@@ -21,12 +21,14 @@ use csg_graph::{AttributeTerm, EvalError, Graph, NodeId, Operator, Primitive, St
 use csg_graph_bounds::Aabb;
 use glam::{DAffine3, DVec3};
 use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
 
 use super::bounds::Bounds;
 use super::lists::{Lists, SHORTEST};
 use super::sample::Sample;
-use super::states::{Kind, Place, Resolved, States};
+use super::states::{Kind, Paint, Place, Resolved, States};
 use super::tree::{self, Child, Node};
+use super::unions::Unions;
 
 /// A graph compiled for tracing, or a block of it.
 #[derive(Debug, Default)]
@@ -40,7 +42,7 @@ pub(super) struct Compiled {
     pub(super) gates: Vec<Gate>,
     /// The boxes of all items in the frames of their super-nodes, if rays may see how large they are.
     pub(super) extents: Vec<Aabb>,
-    pub(super) paints: Vec<Vec<(AttributeTerm, f64)>>,
+    pub(super) paints: Vec<Paint>,
     /// Of each item, the state of the last S-node between, by its place among all states; not among the items, where rays
     /// would carry it along.
     pub(super) symbols: Vec<Option<u32>>,
@@ -110,11 +112,12 @@ impl Compiled {
     /// Compiles a whole graph within a budget of bytes, as far as the number of states allows.
     pub(super) fn whole(graph: &Graph, bounds: Bounds<'_>, budget: usize) -> Result<Self, EvalError> {
         let (mut states, root) = States::all(graph, bounds)?;
+        let unions = Unions::new(graph);
         let affordable = budget / BYTES;
         let mut length = affordable.max(SHORTEST);
         loop {
             // A try is given up as soon as it does not fit, so that all of them cost about as much as the last.
-            if let Some(lists) = Lists::whole(&mut states, &root, length, affordable)? {
+            if let Some(lists) = Lists::whole(&mut states, &unions, &root, length, affordable)? {
                 return Self::close(lists, &states);
             }
             length = (length / 2).max(SHORTEST);
@@ -125,12 +128,13 @@ impl Compiled {
     pub(super) fn block(
         graph: &Graph,
         bounds: Bounds<'_>,
+        unions: &Unions,
         state: State,
         length: usize,
     ) -> Result<Self, EvalError> {
         let mut states = States::new(graph, bounds);
         let root = states.place(state)?;
-        Self::close(Lists::block(&mut states, &root, length)?, &states)
+        Self::close(Lists::block(&mut states, unions, &root, length)?, &states)
     }
 
     /// Opens all boxes.
@@ -160,7 +164,8 @@ impl Compiled {
     pub(super) fn all_bytes(&self) -> usize {
         let Self { gates, paints, symbols, .. } = self;
         let gates = gates.iter().map(|gate| size_of_val(gate) + gate.state.bytes() + size_of::<Sample>());
-        let paints = paints.iter().map(|terms| size_of_val(terms) + size_of_val(&**terms));
+        let heap = |paint: &Paint| if paint.spilled() { size_of_val(&**paint) } else { 0 };
+        let paints = paints.iter().map(|paint| size_of_val(paint) + heap(paint));
         size_of::<Self>()
             + self.bytes()
             + gates.sum::<usize>()
@@ -173,10 +178,12 @@ impl Compiled {
         let Lists { lists, supers, numbers, solids, .. } = lists;
         let mut compiled = Self { solids, ..Self::default() };
         let mut gates: FxHashMap<u32, u32> = FxHashMap::default();
-        let mut painted: FxHashMap<Vec<(AttributeTerm, u64)>, u32> = FxHashMap::default();
+        let mut painted: FxHashMap<SmallVec<[(AttributeTerm, u64); 3]>, u32> = FxHashMap::default();
         for (clip, list) in lists {
             let first = compiled.items.len();
             let mut boxes = Vec::with_capacity(list.len());
+            compiled.items.reserve(list.len());
+            compiled.symbols.reserve(list.len());
             for place in list {
                 let bounds = states.exact_box(&place)?.intersect(clip);
                 if bounds.is_empty() {

@@ -13,6 +13,7 @@ use rustc_hash::FxHashMap;
 
 use super::compile::{Solid, index};
 use super::states::{Kind, Place, States};
+use super::unions::Unions;
 
 /// The least number of items that a list is opened to.
 pub(super) const SHORTEST: usize = 8;
@@ -47,13 +48,14 @@ impl Lists {
     /// together than are affordable and could have fewer.
     pub(super) fn whole(
         states: &mut States<'_>,
+        unions: &Unions,
         root: &Place,
         length: usize,
         affordable: usize,
     ) -> Result<Option<Self>, EvalError> {
         let mut all = Self::new(root);
         while let Some((clip, start)) = all.waiting.pop_front() {
-            let list = open(states, start, length)?;
+            let list = open(states, unions, start, length)?;
             all.total += list.len();
             if all.total > affordable && length > SHORTEST {
                 return Ok(None);
@@ -77,10 +79,15 @@ impl Lists {
 
     /// Opens one state into a list of that length. The solids in it get lists for their operands while there are not more
     /// than twice as many places together; if the state is one itself, in any case.
-    pub(super) fn block(states: &mut States<'_>, root: &Place, length: usize) -> Result<Self, EvalError> {
+    pub(super) fn block(
+        states: &mut States<'_>,
+        unions: &Unions,
+        root: &Place,
+        length: usize,
+    ) -> Result<Self, EvalError> {
         let mut all = Self::new(root);
         while let Some((clip, start)) = all.waiting.pop_front() {
-            let list = open(states, start, if all.lists.is_empty() { length } else { length / 4 })?;
+            let list = open(states, unions, start, if all.lists.is_empty() { length } else { length / 4 })?;
             all.total += list.len();
             for place in &list {
                 if states.is_primitive(place) {
@@ -117,12 +124,25 @@ impl Lists {
 }
 
 /// Opens the first union, and then others, into a list of at most `length` places, in the order of the graph.
-fn open(states: &mut States<'_>, start: Vec<Place>, length: usize) -> Result<Vec<Place>, EvalError> {
+fn open(
+    states: &mut States<'_>,
+    unions: &Unions,
+    start: Vec<Place>,
+    length: usize,
+) -> Result<Vec<Place>, EvalError> {
     // Each with the next one in the order of the graph.
     let count = start.len();
     let mut places: Vec<(Place, Option<usize>)> =
         start.into_iter().zip((1..count).map(Some).chain([None])).collect();
     let mut open = BinaryHeap::new();
+    let parts_of = |states: &States<'_>, place: &Place| unions.parts(states.get(place).state.node());
+    let enqueue = |states: &States<'_>, open: &mut BinaryHeap<Largest>, place: &Place, at| {
+        if states.is_union(place) && parts_of(states, place) <= length as f64 {
+            let bounds = states.aabb(place.target)?.image(&place.above_from_target);
+            open.push(Largest { area: bounds.surface_area(), place: at });
+        }
+        Ok(())
+    };
     if let [(place, _)] = &places[..] {
         // One place alone is opened in any case, or the list would lead to itself, and however large it is.
         open.extend(states.is_union(place).then_some(Largest { area: 0.0, place: 0 }));
@@ -135,6 +155,9 @@ fn open(states: &mut States<'_>, start: Vec<Place>, length: usize) -> Result<Vec
         && let Some(Largest { place: at, .. }) = open.pop()
     {
         let (place, next) = &places[at];
+        if places.len() > 1 && (places.len() - 1) as f64 + parts_of(states, place) > length as f64 {
+            continue;
+        }
         let Kind::Union(parts) = states.resolve(place.target)? else {
             unreachable!("only unions are opened")
         };
@@ -160,19 +183,6 @@ fn open(states: &mut States<'_>, start: Vec<Place>, length: usize) -> Result<Vec
         at = next;
     }
     Ok(ordered)
-}
-
-fn enqueue(
-    states: &States<'_>,
-    open: &mut BinaryHeap<Largest>,
-    place: &Place,
-    at: usize,
-) -> Result<(), EvalError> {
-    if states.is_union(place) {
-        let bounds = states.aabb(place.target)?.image(&place.above_from_target);
-        open.push(Largest { area: bounds.surface_area(), place: at });
-    }
-    Ok(())
 }
 
 /// A union that can be opened, by its surface area.

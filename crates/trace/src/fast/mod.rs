@@ -4,7 +4,7 @@
 //! are rounded. Where the walk asks one node after the other, evaluating its expressions each time, this one has
 //! evaluated each state once, and goes down a few wide trees. It is in these parts:
 //!
-//! - [`states`], [`lists`], [`compile`]: states to super-nodes and solids, with the boxes of [`bounds`];
+//! - [`states`], [`unions`], [`lists`], [`compile`]: states to super-nodes and solids, with the boxes of [`bounds`];
 //! - [`blocks`]: all of the graph at once, or what rays come to;
 //! - [`tree`], [`frame`], [`point`]: their boxes in single precision, and what is tested against them;
 //! - [`packet`], [`single`]: the first hit of rays together and alone; [`lanes`] and [`shapes`] are their arithmetic;
@@ -29,6 +29,7 @@ mod single;
 mod solid;
 pub(crate) mod states;
 mod tree;
+mod unions;
 
 use std::sync::Arc;
 

@@ -5,13 +5,14 @@
 //! what the mean of the primitives would be. The numbers that it is drawn by are a function of the place, so that the same
 //! place always shows the same.
 
-use csg_graph::{AttributeTerm, EvalError, Graph, Node, NodeId, Operator, Primitive, State, Step};
+use csg_graph::{AttributeTerm, EvalError, Graph, NodeId, Operator, Primitive, State, Step};
 use csg_graph_bounds::{Aabb, Shape};
 use glam::{DAffine3, DVec3};
 
 use super::compile::{Compiled, Content, Gate};
 use super::states::inverse;
 use super::tree::{self, Child, WIDTH};
+use super::unions::Unions;
 use crate::{Ray, shapes};
 
 /// Recursion that has shown no primitive after so many operators or S-nodes has hardly any to show.
@@ -29,40 +30,6 @@ pub(super) struct Sample {
     pub(super) depth: u32,
     /// What paints it, from the outside inwards.
     pub(super) paint: Vec<(AttributeTerm, f64)>,
-}
-
-/// How many parts of a union there are below each node, in one rule.
-#[derive(Debug)]
-pub(super) struct Parts(Vec<f64>);
-
-impl Parts {
-    pub(super) fn new(graph: &Graph) -> Self {
-        let mut parts = vec![0.0; graph.node_count()];
-        // A node waits below its children; a symbol is where a rule ends.
-        let mut open: Vec<NodeId> = graph.nodes().map(|(id, _)| id).collect();
-        while let Some(id) = open.last() {
-            let children = match graph.node(*id) {
-                Node::Symbol(_) | Node::Primitive(_) => &[],
-                Node::Operator(node) if node.operator != Operator::Union => &[],
-                node => node.children(),
-            };
-            let waiting = open.len();
-            let count = children.iter().map(|child| parts[child.index()]).sum::<f64>();
-            if parts[id.index()] == 0.0 {
-                open.extend(children.iter().filter(|child| parts[child.index()] == 0.0));
-            }
-            if open.len() == waiting
-                && let Some(id) = open.pop()
-            {
-                parts[id.index()] = count.max(1.0);
-            }
-        }
-        Self(parts)
-    }
-
-    fn of(&self, node: NodeId) -> f64 {
-        self.0[node.index()]
-    }
 }
 
 /// Numbers by chance.
@@ -139,7 +106,7 @@ impl Sample {
     /// Draws from what is below a state, of the parts of a union in one rule each as likely.
     pub(super) fn of_state(
         graph: &Graph,
-        parts: &Parts,
+        unions: &Unions,
         state: &State,
         dice: &mut Dice,
     ) -> Result<Self, EvalError> {
@@ -165,7 +132,7 @@ impl Sample {
                 Step::Operator(..) if operators == FAR => return Ok(sample),
                 Step::Operator(Operator::Union, operands) => {
                     operators += 1;
-                    let drawn = dice.draw(operands.iter().map(|operand| parts.of(operand.node())));
+                    let drawn = dice.draw(operands.iter().map(|operand| unions.parts(operand.node())));
                     let [left, right] = operands;
                     if drawn == 0 { left } else { right }
                 }

@@ -13,6 +13,7 @@ use csg_graph::{AttributeTerm, EvalError, Fault, Graph, Node, Operator, Primitiv
 use csg_graph_bounds::{Aabb, Shape};
 use glam::{DAffine3, DMat3, DVec3};
 use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
 
 use super::bounds::{Bounds, Extent};
 
@@ -27,6 +28,12 @@ pub(crate) struct States<'a> {
     numbers: FxHashMap<State, u32>,
     /// The numbers of those that are resolved, each behind those below it if all are.
     pub(crate) order: Vec<u32>,
+}
+
+/// A state in a walk that comes to it before what is below it, and again after that.
+enum Visit {
+    Before(u32),
+    After(u32),
 }
 
 pub(crate) struct Resolved {
@@ -58,8 +65,11 @@ pub(crate) struct Place {
     pub(crate) depth: u32,
     /// The state of the last of these, by its place among all states, if they are listed.
     pub(crate) symbol: Option<u32>,
-    pub(crate) paint: Vec<(AttributeTerm, f64)>,
+    pub(crate) paint: Paint,
 }
+
+/// What paints something, from the outside inwards. A colour has three terms.
+pub(crate) type Paint = SmallVec<[(AttributeTerm, f64); 3]>;
 
 impl<'a> States<'a> {
     /// No states yet.
@@ -71,51 +81,84 @@ impl<'a> States<'a> {
     pub(crate) fn all(graph: &'a Graph, bounds: Bounds<'a>) -> Result<(Self, Place), EvalError> {
         let mut all = Self::new(graph, bounds);
         let root = all.place(graph.root_state())?;
-        all.resolve_down_to(root.target, |_| true)?;
+        all.resolve_down_to(root.target, true)?;
         Ok((all, root))
     }
 
     /// What a state is. Only now is what is directly below it looked at, and what is in the same rule.
     pub(crate) fn resolve(&mut self, number: u32) -> Result<&Kind, EvalError> {
-        self.resolve_down_to(number, |place| place.depth == 0)?;
+        self.resolve_down_to(number, false)?;
         Ok(&self.states[number as usize].kind)
     }
 
-    /// Resolves a state, and before it those operands of it, and of these, that are wanted. The parts of what is in the same
-    /// rule are.
-    fn resolve_down_to(&mut self, number: u32, wanted: impl Fn(&Place) -> bool) -> Result<(), EvalError> {
-        let mut open = vec![number];
-        while let Some(number) = open.last().map(|number| *number as usize) {
-            if !matches!(self.states[number].kind, Kind::Unknown) {
-                open.pop();
-                continue;
-            }
-            let kind = match self.graph.step(&self.states[number].state)? {
+    /// Resolves a state, and before it operands of ∩ and \\ in the same rule, or all that is below it.
+    fn resolve_down_to(&mut self, number: u32, all: bool) -> Result<(), EvalError> {
+        let mut open = vec![Visit::Before(number)];
+        while let Some(visit) = open.pop() {
+            let number = match visit {
+                Visit::Before(number) if matches!(self.states[number as usize].kind, Kind::Unknown) => number,
+                Visit::Before(_) => continue,
+                Visit::After(number) => {
+                    self.order.push(number);
+                    continue;
+                }
+            };
+            let start = open.len();
+            let kind = match self.graph.step(&self.states[number as usize].state)? {
+                Step::Operator(Operator::Union, operands) => {
+                    let parts = self.parts_of(operands)?;
+                    open.push(Visit::After(number));
+                    if all {
+                        open.extend(parts.iter().rev().map(|part| Visit::Before(part.target)));
+                    }
+                    Kind::Union(parts)
+                }
                 Step::Operator(operator, [left, right]) => {
                     let operands = [self.place(left)?, self.place(right)?];
-                    let waiting = open.len();
                     let unknown = |place: &&Place| matches!(self.get(place).kind, Kind::Unknown);
-                    let first = operands.iter().rev().filter(unknown).filter(|place| wanted(place));
-                    open.extend(first.map(|place| place.target));
-                    if open.len() > waiting {
+                    let first = operands.iter().rev().filter(unknown).filter(|place| all || place.depth == 0);
+                    open.push(Visit::Before(number));
+                    open.extend(first.map(|place| Visit::Before(place.target)));
+                    if open.len() > start + 1 {
                         continue;
                     }
+                    open[start] = Visit::After(number);
                     self.operator(operator, operands)
                 }
-                Step::Primitive(primitive) => Kind::Primitive(primitive),
+                Step::Primitive(primitive) => {
+                    open.push(Visit::After(number));
+                    Kind::Primitive(primitive)
+                }
                 other => unreachable!("{other:?} was followed"),
             };
-            self.states[number].kind = kind;
-            self.order.push(index(number));
-            open.pop();
+            self.states[number as usize].kind = kind;
         }
         Ok(())
+    }
+
+    /// The parts of a union, those of unions in it that are in the same rule among them, from left to right.
+    fn parts_of(&mut self, operands: [State; 2]) -> Result<Vec<Place>, EvalError> {
+        let [left, right] = operands;
+        let mut parts = Vec::new();
+        let mut open = vec![(Place::at(0), right), (Place::at(0), left)];
+        while let Some((above, state)) = open.pop() {
+            let (mut place, state) = self.follow(above, state)?;
+            if place.depth == 0 && self.is_union_at(&state) {
+                let Step::Operator(_, [left, right]) = self.graph.step(&state)? else {
+                    unreachable!("a union is an operator")
+                };
+                open.extend([(place.clone(), right), (place, left)]);
+            } else {
+                place.target = self.number(state);
+                parts.push(place);
+            }
+        }
+        Ok(parts)
     }
 
     fn operator(&self, operator: Operator, [left, right]: [Place; 2]) -> Kind {
         let (right, minuend) = (self.parts(right), left.depth == 0);
         match (operator, &self.get(&left).kind) {
-            (Operator::Union, _) => Kind::Union(self.parts(left).into_iter().chain(right).collect()),
             (Operator::Difference, Kind::Solid(Operator::Difference, [first, second])) if minuend => {
                 let then = |part| left.then(part);
                 let subtracted = second.iter().map(then).chain(right).collect();
@@ -134,11 +177,17 @@ impl<'a> States<'a> {
     }
 
     /// The place that a state leads to: the next operator or primitive.
-    pub(crate) fn place(&mut self, mut state: State) -> Result<Place, EvalError> {
-        let mut place = Place::at(0);
+    pub(crate) fn place(&mut self, state: State) -> Result<Place, EvalError> {
+        let (mut place, state) = self.follow(Place::at(0), state)?;
+        place.target = self.number(state);
+        Ok(place)
+    }
+
+    /// Goes on from a place to the state of the next operator or primitive, which is not its target yet.
+    fn follow(&self, mut place: Place, mut state: State) -> Result<(Place, State), EvalError> {
         loop {
             state = match self.graph.node(state.node()) {
-                Node::Operator(_) | Node::Primitive(_) => break,
+                Node::Operator(_) | Node::Primitive(_) => return Ok((place, state)),
                 _ => match self.graph.step(&state)? {
                     Step::Select(_) if place.depth == LONGEST => return Err(self.nothing(&state)),
                     Step::Select(below) => {
@@ -160,8 +209,6 @@ impl<'a> States<'a> {
                 },
             };
         }
-        place.target = self.number(state);
-        Ok(place)
     }
 
     /// That there is no solid where a state leads.
@@ -173,12 +220,11 @@ impl<'a> States<'a> {
 
     /// The number of the state of an operator or a primitive.
     fn number(&mut self, state: State) -> u32 {
-        if let Some(number) = self.numbers.get(&state) {
-            return *number;
+        let next = index(self.states.len());
+        let number = *self.numbers.entry(state.clone()).or_insert(next);
+        if number == next {
+            self.states.push(Resolved { state, kind: Kind::Unknown, extent: OnceCell::new() });
         }
-        let number = index(self.states.len());
-        self.numbers.insert(state.clone(), number);
-        self.states.push(Resolved { state, kind: Kind::Unknown, extent: OnceCell::new() });
         number
     }
 
@@ -203,7 +249,11 @@ impl<'a> States<'a> {
 
     /// Whether a place is a union, resolved or not.
     pub(crate) fn is_union(&self, place: &Place) -> bool {
-        let node = self.graph.node(self.get(place).state.node());
+        self.is_union_at(&self.get(place).state)
+    }
+
+    fn is_union_at(&self, state: &State) -> bool {
+        let node = self.graph.node(state.node());
         matches!(node, Node::Operator(node) if node.operator == Operator::Union)
     }
 
@@ -242,14 +292,14 @@ impl<'a> States<'a> {
 
 impl Place {
     /// A state where it is.
-    pub(crate) const fn at(target: u32) -> Self {
+    pub(crate) fn at(target: u32) -> Self {
         Self {
             target,
             above_from_target: DAffine3::IDENTITY,
             target_from_above: DAffine3::IDENTITY,
             depth: 0,
             symbol: None,
-            paint: Vec::new(),
+            paint: Paint::new(),
         }
     }
 

@@ -61,6 +61,16 @@ impl Child {
 /// # Panics
 /// If there are no boxes.
 pub(super) fn build(boxes: &[Aabb], first: usize, nodes: &mut Vec<Node>) -> Child {
+    if (2..=WIDTH).contains(&boxes.len()) {
+        let mut node = Node::EMPTY;
+        boxes.iter().enumerate().for_each(|(at, bounds)| node.put(at, Child::item(first + at), *bounds));
+        if nodes.is_empty() {
+            // Often the only one, in one of very many blocks.
+            nodes.reserve_exact(1);
+        }
+        nodes.push(node);
+        return Child::node(nodes.len() - 1);
+    }
     let mut order: Vec<usize> = (0..boxes.len()).collect();
     let binary = binary(boxes, &mut order);
     collapse(&binary, &order, boxes, first, nodes)
