@@ -15,7 +15,7 @@ use crate::args::Plan;
 use crate::load::Loaded;
 
 /// What a listed state takes with its box, in bytes, or somewhat less.
-const STATE: usize = 1024;
+const STATE: usize = 2048;
 
 /// What is known of all states of a scene.
 pub(crate) enum Regime {
