@@ -72,7 +72,7 @@ impl OnDemand {
         let remembered = Cache::with_weighter(estimated.max(16), capacity as u64, Bytes);
         let unions = Unions::new(&graph);
         let root = Compiled::block(&graph, bounds.as_ref(), &unions, graph.root_state(), LENGTH)?;
-        let root = Arc::new(root.with_extents());
+        let root = Arc::new(root.with_parts());
         Ok(Self { graph, unions, bounds, root, remembered, memory })
     }
 
@@ -85,7 +85,7 @@ impl OnDemand {
         self.remembered.get_or_insert_with(state, || {
             let Self { graph, bounds, unions, .. } = self;
             let block = Compiled::block(graph, bounds.as_ref(), unions, state.clone(), LENGTH)?;
-            Ok(Arc::new(block.with_extents()))
+            Ok(Arc::new(block.with_parts()))
         })
     }
 
@@ -203,8 +203,7 @@ impl<'a> Held<'a> {
     /// What is seen of an item that is too small to be looked into.
     pub(super) fn sample(&self, block: u32, item: u32) -> Sample {
         let block = self.block(block);
-        let bounds = &block.extents[item as usize];
-        let mut dice = Dice::at(bounds.min);
+        let mut dice = Dice::at(block.parts[item as usize].bounds.min);
         let (sample, gate) = Sample::of_item(block, item as usize, &mut dice);
         let (Some(gate), Blocks::OnDemand(source)) = (gate, self.source) else { return sample };
         let inner = gate.sample.get_or_init(|| {

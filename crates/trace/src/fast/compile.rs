@@ -24,7 +24,9 @@ use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
 use super::bounds::Bounds;
+use super::detail::Part;
 use super::lists::{Lists, SHORTEST};
+use super::look::Looks;
 use super::sample::Sample;
 use super::states::{Kind, Paint, Place, Resolved, States};
 use super::tree::{self, Child, Node};
@@ -40,8 +42,10 @@ pub(super) struct Compiled {
     pub(super) solids: Vec<Solid>,
     /// Where other blocks begin.
     pub(super) gates: Vec<Gate>,
-    /// The boxes of all items in the frames of their super-nodes, if rays may see how large they are.
-    pub(super) extents: Vec<Aabb>,
+    /// How large all items are, if rays may see it.
+    pub(super) parts: Vec<Part>,
+    /// And what is seen of what is too small.
+    pub(super) looks: Looks,
     pub(super) paints: Vec<Paint>,
     /// Of each item, the state of the last S-node between, by its place among all states; not among the items, where rays
     /// would carry it along.
@@ -151,13 +155,15 @@ impl Compiled {
 
     /// The memory that it takes for rays; what is looked up for hits alone is not counted.
     pub(super) fn bytes(&self) -> usize {
-        let Self { supers, nodes, items, shapes, solids, extents, gates: _, paints: _, symbols: _ } = self;
+        let Self { supers, nodes, items, shapes, solids, parts, looks, gates: _, paints: _, symbols: _ } =
+            self;
         size_of_val(&**supers)
             + size_of_val(&**nodes)
             + size_of_val(&**items)
             + size_of_val(&**shapes)
             + size_of_val(&**solids)
-            + size_of_val(&**extents)
+            + size_of_val(&**parts)
+            + looks.bytes()
     }
 
     /// All the memory that it takes, more or less.
@@ -222,7 +228,7 @@ impl Compiled {
 
     /// Gives back memory that was asked for and is not used.
     fn shrink(&mut self) {
-        let Self { supers, nodes, items, shapes, solids, gates, extents: _, paints, symbols } = self;
+        let Self { supers, nodes, items, shapes, solids, gates, parts: _, looks: _, paints, symbols } = self;
         if symbols.iter().all(Option::is_none) {
             symbols.clear();
         }

@@ -5,15 +5,22 @@
 //! ends to what is in sight. The box holds the part and touches it on all sides, so that a silhouette is off by no more
 //! than its size.
 //!
-//! How large a box is in the world is a matter of all transformations on the way to it. Their product, the *stretch*, is
-//! kept for each way while rays have a [`Footprint`], in single precision: it decides what is looked into, and nothing
-//! that is seen depends on its last digits.
+//! How large a box is in the world is a matter of all transformations on the way to it. What they do to lengths, the
+//! *stretch*, is kept for each way while rays have a [`Footprint`], in single precision: it decides what is looked into,
+//! and nothing that is seen depends on its last digits. So a node of a tree or an item is judged by one comparison, of its
+//! diagonal with the footprint where the ray meets its box.
+//!
+//! Of what is compiled at once it is [measured](super::look) how many rays a part stops. A ray goes through what it meets of
+//! such parts until they cover more than some number by chance that it has: so they are as light as they are.
 
 use csg_graph_bounds::Aabb;
-use glam::{DVec3, Mat3A, Vec3A};
+use glam::{DVec3, Mat3, Mat3A, Vec3, Vec3A};
 
-use super::compile::{Compiled, Content, Item};
+use super::compile::{Compiled, Content, Item, SuperNode};
+use super::frame::narrow;
 use super::hits::Place;
+use super::lanes::LANES;
+use super::sample::Dice;
 use super::tree::WIDTH;
 use crate::Ray;
 use crate::shapes::Extents;
@@ -46,54 +53,138 @@ impl Footprint {
     }
 }
 
+/// How large an item is.
+#[derive(Clone, Debug)]
+pub(super) struct Part {
+    /// Its box in the frame of its super-node.
+    pub(super) bounds: Aabb,
+    /// The diagonal of that. A primitive is never small: there is nothing in it to look into.
+    pub(super) size: f32,
+    /// The linear part of the map from the frame of the item, how many times as long it makes a vector at most, and whether
+    /// it does so with all.
+    super_from_item: Mat3,
+    most: f32,
+    is_similar: bool,
+    /// The part of the rays through the box that what is in it stops.
+    pub(super) cover: f32,
+}
+
+impl Part {
+    fn new(item: &Item) -> Self {
+        let super_from_item = item.item_from_super.matrix3.inverse().as_mat3();
+        let most = largest(&Mat3A::from(super_from_item));
+        // Of a similarity, all columns are as long, and upright on each other.
+        let excess =
+            super_from_item.transpose() * super_from_item - Mat3::from_diagonal(Vec3::splat(most * most));
+        let is_similar = excess.to_cols_array().iter().all(|entry| entry.abs() <= 1e-5 * most * most);
+        Self { bounds: Aabb::ALL, size: f32::INFINITY, super_from_item, most, is_similar, cover: 1.0 }
+    }
+}
+
 /// What is needed to judge how large a part is seen.
 #[derive(Clone, Debug)]
 pub(super) struct Detail {
     footprint: Footprint,
-    /// For each way, the linear part of the map from its super-node into the world.
-    stretches: Vec<Mat3A>,
+    ways: Vec<Stretch>,
+    /// What each ray of a packet may still go through, if it has come to anything that is small.
+    patience: [Option<f32>; LANES],
+}
+
+/// What the linear part of a map does to sizes: a similarity, which comes last, and what there is before it.
+#[derive(Clone, Copy, Debug)]
+struct Stretch {
+    /// How many times as long the similarity makes a vector.
+    scale: f32,
+    /// What is before it, unless all of it is a similarity.
+    before: Option<Mat3A>,
+    /// How many times as long a vector becomes at most.
+    most: f32,
+}
+
+impl Stretch {
+    const NONE: Self = Self { scale: 1.0, before: None, most: 1.0 };
+
+    /// That of an item below.
+    #[inline(always)]
+    fn then(&self, part: &Part) -> Self {
+        let before = match self.before {
+            None if part.is_similar => {
+                let scale = self.scale * part.most;
+                return Self { scale, before: None, most: scale };
+            }
+            None => Mat3A::from(part.super_from_item),
+            Some(before) => before * Mat3A::from(part.super_from_item),
+        };
+        let most = if self.before.is_none() { part.most } else { largest(&before) };
+        Self { scale: self.scale, before: Some(before), most: self.scale * most }
+    }
+
+    /// How long a vector becomes.
+    fn length(&self, vector: Vec3A) -> f32 {
+        self.scale * self.before.map_or(vector, |before| before * vector).length()
+    }
+}
+
+/// The largest singular value, from above: exact where all directions are stretched alike.
+fn largest(map: &Mat3A) -> f32 {
+    let Mat3A { x_axis: x, y_axis: y, z_axis: z } = *map;
+    let [xy, yz, zx] = [x.dot(y), y.dot(z), z.dot(x)].map(f32::abs);
+    let rows = [x.length_squared() + xy + zx, y.length_squared() + xy + yz, z.length_squared() + yz + zx];
+    rows[0].max(rows[1]).max(rows[2]).sqrt()
 }
 
 impl Detail {
-    pub(super) fn new(footprint: Footprint) -> Self {
-        Self { footprint, stretches: Vec::new() }
+    pub(super) fn new() -> Self {
+        Self { footprint: Footprint::LINE, ways: Vec::new(), patience: [None; LANES] }
     }
 
-    /// At the root.
+    /// What is not larger than that is small.
+    pub(super) fn set_footprint(&mut self, small: Footprint) {
+        self.footprint = small;
+    }
+
+    /// At the root, with other rays.
     pub(super) fn clear(&mut self) {
-        self.stretches.clear();
-        self.stretches.push(Mat3A::IDENTITY);
+        self.patience = [None; LANES];
+        self.ways.clear();
+        self.ways.push(Stretch::NONE);
     }
 
-    /// Goes on from a way into an item.
-    pub(super) fn enter(&mut self, above: u32, item: &Item) {
-        let super_from_item = Mat3A::from(item.item_from_super.matrix3.inverse().as_mat3());
-        self.stretches.push(self.stretches[above as usize] * super_from_item);
+    /// Goes on from a way into an item. Not inlined, so that it is not in the way of rays without detail.
+    #[inline(never)]
+    pub(super) fn enter(&mut self, above: u32, part: &Part) {
+        self.ways.push(self.ways[above as usize].then(part));
     }
 
-    /// Whether an item is too small for a ray in its super-node to look into. There is nothing in a primitive to look into.
-    pub(super) fn is_small(&self, block: &Compiled, place: Place, item: &Item, ray: &Ray) -> bool {
-        if let Content::Shape(_) = item.content {
-            return false;
-        }
-        let bounds = &block.extents[place.item as usize];
-        let stretch = &self.stretches[place.way as usize];
-        let half = (bounds.size() * 0.5).as_vec3a();
-        let reach =
-            stretch.x_axis.abs() * half.x + stretch.y_axis.abs() * half.y + stretch.z_axis.abs() * half.z;
-        let t = closest(ray, bounds.center()).max(0.0);
-        2.0 * f64::from(reach.length()) <= self.footprint.at(t)
+    /// Whether what has that size in the super-node of a way is too small to be looked into at t.
+    #[inline(always)]
+    pub(super) fn hides(&self, way: u32, size: f32, t: f64) -> bool {
+        f64::from(size * self.ways[way as usize].most) <= self.footprint.at(t)
+    }
+
+    /// Whether an item is too small for a ray in its super-node to look into.
+    pub(super) fn is_small(&self, block: &Compiled, place: Place, ray: &Ray) -> bool {
+        let part = &block.parts[place.item as usize];
+        self.hides(place.way, part.size, closest(ray, part.bounds.center()).max(0.0))
+    }
+
+    /// Whether a ray is stopped by what stops some part of the rays. What a ray may go through is the same for all
+    /// that it meets, so that parts which cover the more together hide what is behind them.
+    pub(super) fn stops(&mut self, lane: usize, ray: &Ray, cover: f32) -> bool {
+        let left = self.patience[lane].get_or_insert_with(|| narrow(Dice::of(ray).throw()));
+        *left -= cover;
+        *left < 0.0
     }
 
     /// Where a ray in a super-node is in the box of an item, but for what it leaves there.
     pub(super) fn extents(&self, block: &Compiled, place: Place, ray: &Ray) -> Extents {
-        extents(&block.extents[place.item as usize], ray)
+        extents(&block.parts[place.item as usize].bounds, ray)
     }
 
     /// Whether what a ray on a way meets at t is the place that it leaves.
     pub(super) fn leaves(&self, way: u32, ray: &Ray, t: f64) -> bool {
-        let direction: Vec3A = self.stretches[way as usize] * ray.direction.as_vec3a();
-        t * f64::from(direction.length()) <= self.footprint.width
+        let length = self.ways[way as usize].length(ray.direction.as_vec3a());
+        t * f64::from(length) <= self.footprint.width
     }
 }
 
@@ -104,7 +195,7 @@ fn closest(ray: &Ray, point: DVec3) -> f64 {
 
 /// Where a ray is in a box.
 #[inline(never)]
-fn extents(bounds: &Aabb, ray: &Ray) -> Extents {
+pub(super) fn extents(bounds: &Aabb, ray: &Ray) -> Extents {
     let [mut near, mut far] = [f64::NEG_INFINITY, f64::INFINITY];
     for axis in 0..3 {
         let (origin, direction) = (ray.origin[axis], ray.direction[axis]);
@@ -123,9 +214,9 @@ fn extents(bounds: &Aabb, ray: &Ray) -> Extents {
 }
 
 impl Compiled {
-    /// Keeps the boxes of all items, for rays that look into large ones only.
-    pub(super) fn with_extents(mut self) -> Self {
-        self.extents = vec![Aabb::ALL; self.items.len()];
+    /// Keeps how large all items are, for rays that look into large ones only.
+    pub(super) fn with_parts(mut self) -> Self {
+        self.parts = self.items.iter().map(Part::new).collect();
         for ball in &self.supers {
             let mut open: Vec<usize> = ball.root.and_then(|root| root.get().err()).into_iter().collect();
             while let Some(at) = open.pop() {
@@ -134,18 +225,24 @@ impl Compiled {
                     match node.children[slot].get() {
                         Err(below) => open.push(below),
                         Ok(item) => {
-                            let corner = |first: usize| {
-                                let unit = DVec3::from_array(
-                                    [0, 1, 2].map(|axis| f64::from(node.planes[first + axis][slot])),
-                                );
-                                ball.center + ball.radius * unit
-                            };
-                            self.extents[item] = Aabb { min: corner(0), max: corner(3) };
+                            let part = &mut self.parts[item];
+                            part.bounds = ball.bounds(node.bounds(slot));
+                            if !matches!(self.items[item].content, Content::Shape(_)) {
+                                part.size = narrow(part.bounds.size().length());
+                            }
                         }
                     }
                 }
             }
         }
         self
+    }
+}
+
+impl SuperNode {
+    /// A box in the unit ball in the frame of the state.
+    pub(super) fn bounds(&self, unit: Aabb) -> Aabb {
+        let [min, max] = [unit.min, unit.max].map(|corner| self.center + self.radius * corner);
+        Aabb { min, max }
     }
 }

@@ -175,7 +175,7 @@ impl Faces {
         let block = hits.block(place.way);
         let from = held.block(block);
         let Solid { operator, operands: [left, right] } = from.solids[solid as usize];
-        let way = hits.enter(place, &from.items[place.item as usize], block);
+        let way = hits.enter(place, from, block);
         self.calls.push(Call::Operation(Operation { operator, right, ray: *ray, way, left: None }));
         (left, way)
     }

@@ -260,6 +260,12 @@ impl NarrowRays {
         self.end = Floats::from_vector((s + s.abs() * FUDGE).min(f32x16::splat(simd, f32::MAX)));
     }
 
+    /// The t of an s of one of them.
+    #[inline(always)]
+    pub(super) fn t(&self, lane: usize, s: f32) -> f64 {
+        self.base.0[lane] + f64::from(s) * self.rate
+    }
+
     /// One of them.
     #[inline(always)]
     pub(super) fn lane(&self, lane: usize) -> Narrow {

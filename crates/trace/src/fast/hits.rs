@@ -6,9 +6,10 @@
 
 use glam::DVec3;
 
-use super::compile::Item;
+use super::compile::Compiled;
 use super::detail::Detail;
 use super::lanes::{LANES, Lanes};
+use super::tree::Child;
 use crate::Ray;
 
 /// Where a way begins: at the root.
@@ -53,20 +54,31 @@ pub(super) struct Place {
     pub(super) turned: bool,
     /// Whether the item was too small to be looked into, so that its box is met.
     pub(super) is_small: bool,
+    /// Whether that was a node above items: then `item` is its index.
+    pub(super) is_node: bool,
 }
 
 impl Place {
-    pub(super) const NONE: Self = Self { way: START, item: 0, turned: false, is_small: false };
+    pub(super) const NONE: Self =
+        Self { way: START, item: 0, turned: false, is_small: false, is_node: false };
 
     #[inline(always)]
     pub(super) fn new(way: u32, item: usize) -> Self {
         let item = u32::try_from(item).expect("items are numbered in 31 bits");
-        Self { way, item, turned: false, is_small: false }
+        Self { way, item, turned: false, is_small: false, is_node: false }
     }
 
     /// The box of the item.
     pub(super) fn as_box(self) -> Self {
         Self { is_small: true, ..self }
+    }
+
+    /// The box of a child of a super-node that a way leads to.
+    pub(super) fn box_of(way: u32, child: Child) -> Self {
+        match child.get() {
+            Ok(item) => Self::new(way, item).as_box(),
+            Err(node) => Self { is_node: true, ..Self::new(way, node) }.as_box(),
+        }
     }
 }
 
@@ -89,11 +101,11 @@ impl Hits {
         }
     }
 
-    /// The way that enters the item of a place and is in a block then.
+    /// The way that enters the item of a place, which is in `from`, and is in a block then.
     #[inline(always)]
-    pub(super) fn enter(&mut self, place: Place, item: &Item, block: u32) -> u32 {
+    pub(super) fn enter(&mut self, place: Place, from: &Compiled, block: u32) -> u32 {
         if let Some(detail) = &mut self.detail {
-            detail.enter(place.way, item);
+            detail.enter(place.way, &from.parts[place.item as usize]);
         }
         self.ways.push(Way { above: place.way, item: place.item, block });
         u32::try_from(self.ways.len() - 1).expect("2³² super-nodes on the way of one packet outgrow memory")
@@ -138,13 +150,13 @@ impl Hits {
         self.ways[way as usize].block
     }
 
-    /// The items that a place was come to by, with their blocks, its own first, the first one last.
+    /// The items that a place was come to by, with their blocks, its own first if it is one, the first one last.
     #[inline(always)]
     pub(super) fn upwards(&self, place: Place) -> impl Iterator<Item = (u32, u32)> {
         let above = |(way, _): &(u32, u32)| {
             (*way != START).then(|| self.ways[*way as usize]).map(|Way { above, item, .. }| (above, item))
         };
-        let items = std::iter::successors(Some((place.way, place.item)), above);
+        let items = std::iter::successors(Some((place.way, place.item)), above).skip(place.is_node.into());
         items.map(|(way, item)| (self.block(way), item))
     }
 

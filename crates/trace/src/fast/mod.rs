@@ -21,6 +21,7 @@ mod frame;
 mod hits;
 pub(crate) mod lanes;
 mod lists;
+mod look;
 mod packet;
 mod point;
 mod sample;
@@ -41,15 +42,18 @@ use glam::DVec3;
 use self::blocks::{Blocks, Held, OnDemand};
 pub(crate) use self::bounds::Bounds;
 pub use self::bounds::StateBounds;
-use self::compile::{Compiled, Content, Item};
+use self::compile::{Compiled, Content};
 use self::detail::Detail;
 pub use self::detail::Footprint;
 use self::face::Faces;
-use self::hits::{Hits, Place};
+use self::frame::Narrow;
+use self::hits::{Hits, Place, ROOT, START};
 use self::lanes::transform;
 use self::packet::Packet;
+use self::sample::Dice;
 use self::single::Single;
 use self::solid::Solids;
+use self::tree::Child;
 use crate::{Counters, Hit, Ray, Surface, walk};
 
 /// Rays that are traced together.
@@ -103,19 +107,27 @@ impl Inquiry<'_> {
         }
     }
 
-    /// Whether an item is too small for a ray in its super-node to look into.
+    /// Whether a child of a super-node, whose box a ray meets at t, is too small to be looked into.
     #[inline(always)]
-    fn is_small(&self, block: &Compiled, place: Place, item: &Item, ray: impl FnOnce() -> Ray) -> bool {
-        self.hits.detail.as_ref().is_some_and(|detail| detail.is_small(block, place, item, &ray()))
+    fn is_small(&self, block: &Compiled, way: u32, child: Child, t: f64) -> bool {
+        let Some(detail) = &self.hits.detail else { return false };
+        let size = match child.get() {
+            Ok(item) => block.parts[item].size,
+            Err(node) => block.nodes[node].size,
+        };
+        detail.hides(way, size, t)
     }
 
-    /// Asks the box of an item about a ray in the super-node.
+    /// Lets a ray in a super-node meet the box of a child at t, if what is in there stops it.
     #[inline(never)]
-    fn ask_box(&mut self, block: &Compiled, lane: usize, place: Place, ray: &Ray) {
-        let Some(detail) = &self.hits.detail else { return };
-        let first = single::first(&detail.extents(block, place, ray));
-        if let Some(t) = first.filter(|t| !detail.leaves(place.way, ray, *t)) {
-            self.answer(lane, t, place.as_box(), || (place.way, *ray));
+    fn meet_small(&mut self, block: &Compiled, lane: usize, (way, child): (u32, Child), ray: &Ray, t: f64) {
+        let Some(detail) = &mut self.hits.detail else { return };
+        let cover = match child.get() {
+            Ok(item) => block.parts[item].cover,
+            Err(node) => block.looks.nodes[node].cover,
+        };
+        if !detail.leaves(way, ray, t) && detail.stops(lane, ray, cover) {
+            self.answer(lane, t, Place::box_of(way, child), || (way, *ray));
         }
     }
 
@@ -168,18 +180,26 @@ impl Accelerated {
         Self { blocks: Blocks::Whole(Arc::new(whole.without_boxes())), ..self }
     }
 
-    /// Looks into nothing that is smaller than so many pixels: its box stands for it. A silhouette is then off by no more
-    /// than that. 0 is to look into everything, which recursion that never ends does not allow. Takes 48 bytes for each
-    /// part.
+    /// Looks into nothing that is smaller than so many pixels: its box stands for it, and stops as many of the rays as what
+    /// is in it would. A silhouette is then off by no more than that. 0 is to look into everything, which recursion that
+    /// never ends does not allow. What is compiled at once is measured for that, which takes about as much time and
+    /// memory again; the box of what is compiled on demand stops all rays.
     pub fn with_detail(self, pixels: f64) -> Self {
         let blocks = match self.blocks {
             Blocks::Whole(whole) => {
                 let whole = Arc::into_inner(whole).expect("there is no tracer yet");
-                Blocks::Whole(Arc::new(whole.with_extents()))
+                Blocks::Whole(Arc::new(whole.with_parts()))
             }
             on_demand => on_demand,
         };
-        Self { blocks, detail: pixels, ..self }
+        let scene = Self { blocks, detail: pixels, ..self };
+        let Blocks::Whole(whole) = &scene.blocks else { return scene };
+        let mut tracer = scene.tracer();
+        let found = whole.survey(&mut |number, line| tracer.stops(number, line));
+        drop(tracer);
+        let Blocks::Whole(whole) = scene.blocks else { unreachable!("it has been whole") };
+        let whole = Arc::into_inner(whole).expect("the only tracer is gone").with_looks(found);
+        Self { blocks: Blocks::Whole(Arc::new(whole)), ..scene }
     }
 
     /// The memory of the acceleration structure, in bytes: where it is made on demand, of what is remembered now.
@@ -245,7 +265,11 @@ impl Tracer<'_> {
             width: share(pixel.width).max(finest.width),
             spread: share(pixel.spread).max(finest.spread),
         };
-        self.hits.detail = (small != Footprint::LINE).then(|| Detail::new(small));
+        if small == Footprint::LINE {
+            self.hits.detail = None;
+        } else {
+            self.hits.detail.get_or_insert_with(Detail::new).set_footprint(small);
+        }
     }
 
     /// The first hit of a ray, as [`Walk::nearest`](crate::Walk::nearest).
@@ -253,6 +277,26 @@ impl Tracer<'_> {
         self.counters.rays += 1;
         self.trace_one(ray, f64::INFINITY, Ask::Nearest);
         self.hit(0, ray)
+    }
+
+    /// Whether a super-node of the whole stops a ray in its frame; nothing if too many boxes were tested before.
+    fn stops(&mut self, number: u32, ray: &Ray) -> Option<bool> {
+        const BOXES: u64 = 1 << 21;
+        if self.counters.box_tests > BOXES {
+            return None;
+        }
+        let Self { level, held, single, hits, solids, .. } = self;
+        hits.clear([f64::INFINITY; PACKET]);
+        let ball = &held.block(ROOT).supers[number as usize];
+        let start = ball.root.and_then(|child| Some((Narrow::new(*ray, ball, ROOT, START)?, child)));
+        let Some(start) = start else { return Some(false) };
+        let mut inquiry = Inquiry { held, ask: Ask::Any, hits, solids, work: Work::default() };
+        dispatch!(*level, simd => {
+            single.trace::<_, false>(simd, &mut inquiry, 0, start);
+        });
+        let work = inquiry.work;
+        self.note(work);
+        Some(self.hits.found(0).is_some())
     }
 
     /// How far up to [`PACKET`] rays go: the parameters of their first hits, infinite for those that hit nothing. What is
@@ -301,9 +345,14 @@ impl Tracer<'_> {
         hits.clear([end; PACKET]);
         let Some(start) = Single::start(held, ray) else { return };
         let work = Work::default();
+        let has_detail = hits.detail.is_some();
         let mut inquiry = Inquiry { held, ask, hits, solids, work };
         dispatch!(*level, simd => {
-            single.trace(simd, &mut inquiry, 0, start);
+            if has_detail {
+                single.trace::<_, true>(simd, &mut inquiry, 0, start);
+            } else {
+                single.trace::<_, false>(simd, &mut inquiry, 0, start);
+            }
         });
         let work = inquiry.work;
         self.note(work);
@@ -318,11 +367,16 @@ impl Tracer<'_> {
         for lane in 0..PACKET {
             packet.rays().set(lane, &rays[lane.min(last)]);
         }
+        let has_detail = hits.detail.is_some();
         let lanes = u32::MAX >> (31 - last);
         let work = Work::default();
         let mut inquiry = Inquiry { held, ask, hits, solids, work };
         dispatch!(*level, simd => {
-            packet.trace(simd, &mut inquiry, lanes);
+            if has_detail {
+                packet.trace::<_, true>(simd, &mut inquiry, lanes);
+            } else {
+                packet.trace::<_, false>(simd, &mut inquiry, lanes);
+            }
         });
         let work = inquiry.work;
         self.note(work);
@@ -385,27 +439,46 @@ impl Tracer<'_> {
     #[inline(never)]
     fn small_hit(&mut self, lane: usize, place: Place, world_ray: &Ray, t: f64) -> Hit {
         let number = self.hits.block(place.way);
-        let sample = self.held.sample(number, place.item);
-        let item_ray = match self.hits.ray_at(lane, place) {
-            Some(super_ray) => transform(super_ray, &self.held.item(number, place.item).item_from_super),
+        let block = self.held.block(number);
+        let ray = match self.hits.ray_at(lane, place) {
+            Some(super_ray) if place.is_node => *super_ray,
+            Some(super_ray) => transform(super_ray, &block.items[place.item as usize].item_from_super),
             None => self.descend(place, world_ray),
         };
-        let normal = sample.normal(&item_ray).unwrap_or(-item_ray.direction);
-        let (normal, mut surface, depth) = self.outwards(place, normal);
-        sample.paint.iter().for_each(|(term, value)| surface.set(*term, *value));
+        let block = self.held.block(number);
+        let seen = block.look(place).and_then(|look| look.draw(ray.direction, &mut Dice::of(world_ray)));
+        let (normal, surface, below) = match seen {
+            Some(seen) => {
+                let (normal, mut surface, depth) = self.outwards(place, seen.normal.as_dvec3());
+                let paint = &self.held.block(number).looks.paints[seen.paint as usize];
+                paint.iter().for_each(|(term, value)| surface.set(*term, *value));
+                // What is around it, too small to be met by shadow rays, takes away light.
+                surface.diffuse *= f64::from(seen.open);
+                surface.specular *= f64::from(seen.open);
+                (normal, surface, (seen.node, depth + seen.depth))
+            }
+            None => {
+                let sample = self.held.sample(number, place.item);
+                let normal = sample.normal(&ray).unwrap_or(-ray.direction);
+                let (normal, mut surface, depth) = self.outwards(place, normal);
+                sample.paint.iter().for_each(|(term, value)| surface.set(*term, *value));
+                (normal, surface, (sample.node, depth + sample.depth))
+            }
+        };
         let normal = walk::unit(normal).unwrap_or(-world_ray.direction);
-        Hit { t, point: world_ray.at(t), normal, surface, node: sample.node, depth: depth + sample.depth }
+        let (node, depth) = below;
+        Hit { t, point: world_ray.at(t), normal, surface, node, depth }
     }
 
     /// The face of the solid at a place that a ray of the world meets at t; of anything else, itself.
     #[inline(always)]
     fn face(&mut self, place: Place, world_ray: &Ray, t: f64) -> Place {
         let Self { level, held, hits, faces, .. } = self;
-        let item = held.item(hits.block(place.way), place.item);
-        let Content::Solid(_) = item.content else { return place };
         if place.is_small {
             return place;
         }
+        let item = held.item(hits.block(place.way), place.item);
+        let Content::Solid(_) = item.content else { return place };
         let face = dispatch!(*level, simd => faces.find(simd, held, hits, place, world_ray, t));
         face.expect("a solid has a face where a ray meets it")
     }

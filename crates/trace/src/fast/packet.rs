@@ -54,7 +54,12 @@ impl Packet {
 
     /// Follows the rays of the set from the root.
     #[inline(always)]
-    pub(super) fn trace<S: Simd>(&mut self, simd: S, inquiry: &mut Inquiry<'_>, lanes: Mask) {
+    pub(super) fn trace<S: Simd, const DETAIL: bool>(
+        &mut self,
+        simd: S,
+        inquiry: &mut Inquiry<'_>,
+        lanes: Mask,
+    ) {
         self.stack.clear();
         (self.levels[0].block, self.levels[0].way) = (ROOT, START);
         self.enter(simd, &inquiry.held.block(ROOT).supers[0], 0, lanes, inquiry.hits);
@@ -69,16 +74,29 @@ impl Packet {
             if lanes == 0 {
                 continue;
             }
+            let block = inquiry.held.block(rays.block);
+            if DETAIL {
+                // The rays of a packet are close to each other: one speaks for all.
+                let lead = lanes.trailing_zeros() as usize % LANES;
+                let t = rays.t(lead, open.near.0[lead]);
+                if inquiry.is_small(block, rays.way, open.child, t) {
+                    let at = (rays.way, open.child);
+                    each(lanes, |lane| {
+                        let t = rays.t(lane, open.near.0[lane]);
+                        inquiry.meet_small(block, lane, at, &rays.rays.get(lane), t);
+                    });
+                    continue;
+                }
+            }
             if lanes.count_ones() < FEW {
                 while lanes != 0 {
                     let lane = lanes.trailing_zeros() as usize % LANES;
                     lanes &= lanes - 1;
                     let start = (self.levels[level as usize].lane(lane), open.child);
-                    self.single.trace(simd, inquiry, lane, start);
+                    self.single.trace::<S, DETAIL>(simd, inquiry, lane, start);
                 }
                 continue;
             }
-            let block = inquiry.held.block(rays.block);
             let at = match open.child.get() {
                 Err(node) => {
                     let node = &block.nodes[node];
@@ -90,17 +108,12 @@ impl Packet {
             };
             let item = &block.items[at];
             let place = Place::new(rays.way, at);
-            let lead = lanes.trailing_zeros() as usize % LANES;
-            if inquiry.is_small(block, place, item, || rays.rays.get(lead)) {
-                each(lanes, |lane| inquiry.ask_box(block, lane, place, &rays.rays.get(lane)));
-                continue;
-            }
             match item.content {
                 Content::Super(_) | Content::Gate(_) => {
                     let Some((number, below)) = inquiry.held.inside(rays.block, item.content) else {
                         continue;
                     };
-                    let way = inquiry.hits.enter(place, item, number);
+                    let way = inquiry.hits.enter(place, block, number);
                     self.descend(simd, item, level as usize, number, way);
                     self.enter(simd, below, level + 1, lanes, inquiry.hits);
                 }

@@ -105,14 +105,14 @@ impl Points {
             };
             let item = &block.items[at];
             let place = Place::new(way, at);
-            if hits.detail.as_ref().is_some_and(|detail| detail.is_small(block, place, item, &ray)) {
+            if hits.detail.as_ref().is_some_and(|detail| detail.is_small(block, place, &ray)) {
                 return Some(Part { place: place.as_box(), ray });
             }
             let ray = transform(&ray, &item.item_from_super);
             match item.content {
                 Content::Super(_) | Content::Gate(_) => {
                     if let Some((number, below)) = held.inside(number, item.content) {
-                        self.enter(below, number, ray, hits.enter(place, item, number));
+                        self.enter(below, number, ray, hits.enter(place, block, number));
                     }
                 }
                 _ => return Some(Part { place, ray }),

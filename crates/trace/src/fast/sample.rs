@@ -6,7 +6,7 @@
 //! place always shows the same.
 
 use csg_graph::{AttributeTerm, EvalError, Graph, NodeId, Operator, Primitive, State, Step};
-use csg_graph_bounds::{Aabb, Shape};
+use csg_graph_bounds::Shape;
 use glam::{DAffine3, DVec3};
 
 use super::compile::{Compiled, Content, Gate};
@@ -47,8 +47,18 @@ impl Dice {
         dice
     }
 
+    /// Of a ray.
+    pub(super) fn of(ray: &Ray) -> Self {
+        let mut dice = Self::at(ray.direction);
+        for coordinate in ray.origin.to_array() {
+            dice.0 ^= coordinate.to_bits();
+            dice.throw();
+        }
+        dice
+    }
+
     /// A number from 0 to 1 (Steele and others' splitmix \[STEE14\]).
-    fn throw(&mut self) -> f64 {
+    pub(super) fn throw(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut bits = self.0;
         bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -57,7 +67,7 @@ impl Dice {
     }
 
     /// Draws one of some weights.
-    fn draw(&mut self, weights: impl Iterator<Item = f64> + Clone) -> usize {
+    pub(super) fn draw(&mut self, weights: impl Iterator<Item = f64> + Clone) -> usize {
         let mut left = self.throw() * weights.clone().sum::<f64>();
         let drawn = weights.clone().position(|weight| {
             left -= weight;
@@ -178,12 +188,7 @@ impl Sample {
 
 /// Draws a child of a node by the surface of its box.
 fn draw_child(node: &tree::Node, dice: &mut Dice) -> Child {
-    let area = |slot: usize| {
-        let corner = |first: usize| {
-            DVec3::from_array([0, 1, 2].map(|axis| f64::from(node.planes[first + axis][slot])))
-        };
-        Aabb { min: corner(0), max: corner(3) }.surface_area()
-    };
+    let area = |slot: usize| node.bounds(slot).surface_area();
     let drawn = dice.draw((0..node.count as usize).map(area));
     node.children[drawn % WIDTH]
 }

@@ -33,7 +33,7 @@ pub(super) struct Single {
 impl Single {
     /// Follows a ray of a packet from a child of the super-node that it is in.
     #[inline(always)]
-    pub(super) fn trace<S: Simd>(
+    pub(super) fn trace<S: Simd, const DETAIL: bool>(
         &mut self,
         simd: S,
         inquiry: &mut Inquiry<'_>,
@@ -54,7 +54,12 @@ impl Single {
             }
             if open.near <= end {
                 let narrow = &self.levels[level as usize];
+                let t = narrow.t(open.near);
                 let next = match open.child.get() {
+                    _ if DETAIL && inquiry.is_small(block, narrow.way, open.child, t) => {
+                        inquiry.meet_small(block, lane, (narrow.way, open.child), &narrow.ray, t);
+                        None
+                    }
                     Err(node) => {
                         let node = &block.nodes[node];
                         inquiry.work.boxes += u64::from(node.count);
@@ -90,16 +95,12 @@ impl Single {
         let narrow = &self.levels[level as usize];
         let item = &block.items[at];
         let place = Place::new(narrow.way, at);
-        if inquiry.is_small(block, place, item, || narrow.ray) {
-            inquiry.ask_box(block, lane, place, &narrow.ray);
-            return None;
-        }
         match item.content {
             Content::Super(_) | Content::Gate(_) => {
                 let (number, below) = inquiry.held.inside(narrow.block, item.content)?;
                 let ray = transform(&narrow.ray, &item.item_from_super);
                 let root = below.root?;
-                let narrow = Narrow::new(ray, below, number, inquiry.hits.enter(place, item, number))?;
+                let narrow = Narrow::new(ray, below, number, inquiry.hits.enter(place, block, number))?;
                 self.set_level(level as usize + 1, narrow);
                 return Some(root);
             }

@@ -239,7 +239,7 @@ fn extents(
         work.primitives += 1;
         return Some((place, shapes::extents(&block.shapes[shape as usize], item_ray)));
     }
-    let detail = hits.detail.as_ref().filter(|detail| detail.is_small(block, place, item, super_ray))?;
+    let detail = hits.detail.as_ref().filter(|detail| detail.is_small(block, place, super_ray))?;
     let extents = if is_cut { Extents::default() } else { detail.extents(block, place, super_ray) };
     Some((place.as_box(), extents))
 }
@@ -338,7 +338,7 @@ impl Solids {
         let block = hits.block(place.way);
         let from = held.block(block);
         let Solid { operator, operands } = from.solids[solid as usize];
-        let way = hits.enter(place, &from.items[place.item as usize], block);
+        let way = hits.enter(place, from, block);
         let (ray, asked, other) = (*ray, 0, None);
         self.calls.push(Call::Operation(Operation { question, operator, operands, ray, way, asked, other }));
         (operands[0], way)
@@ -453,7 +453,8 @@ impl Solids {
                 Content::Super(_) | Content::Gate(_) => {
                     if let Some((number, below)) = held.inside(narrow.block, item.content)
                         && let Some(root) = below.root
-                        && let Some(narrow) = Narrow::new(ray, below, number, hits.enter(place, item, number))
+                        && let Some(narrow) =
+                            Narrow::new(ray, below, number, hits.enter(place, block, number))
                     {
                         self.open(narrow, root);
                     }
@@ -532,7 +533,8 @@ impl Solids {
                 Content::Super(_) | Content::Gate(_) => {
                     if let Some((number, below)) = held.inside(narrow.block, item.content)
                         && let Some(root) = below.root
-                        && let Some(narrow) = Narrow::new(ray, below, number, hits.enter(place, item, number))
+                        && let Some(narrow) =
+                            Narrow::new(ray, below, number, hits.enter(place, block, number))
                     {
                         self.open(narrow, root);
                     }

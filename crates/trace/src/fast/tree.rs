@@ -31,6 +31,8 @@ pub(super) struct Node {
     pub(super) planes: [[f32; WIDTH]; 6],
     pub(super) children: [Child; WIDTH],
     pub(super) count: u32,
+    /// The diagonal of all of it in the frame of the super-node, if rays may see how large it is.
+    pub(super) size: f32,
 }
 
 impl Child {
@@ -205,7 +207,8 @@ fn collapse(pairs: &[Pair], order: &[usize], boxes: &[Aabb], first: usize, nodes
 }
 
 impl Node {
-    const EMPTY: Self = Self { planes: [[0.0; WIDTH]; 6], children: [Child(0); WIDTH], count: 0 };
+    const EMPTY: Self =
+        Self { planes: [[0.0; WIDTH]; 6], children: [Child(0); WIDTH], count: 0, size: f32::INFINITY };
 
     /// For each axis, the planes where a ray comes in, given whether its coordinate falls.
     #[inline(always)]
@@ -222,6 +225,14 @@ impl Node {
     #[inline(always)]
     pub(super) fn far_planes(&self, falling: [bool; 3]) -> [&[f32; WIDTH]; 3] {
         self.near_planes([!falling[0], !falling[1], !falling[2]])
+    }
+
+    /// The box of a child in the frame of the unit ball.
+    pub(super) fn bounds(&self, slot: usize) -> Aabb {
+        let corner = |first: usize| {
+            DVec3::from_array([0, 1, 2].map(|axis| f64::from(self.planes[first + axis][slot])))
+        };
+        Aabb { min: corner(0), max: corner(3) }
     }
 
     fn put(&mut self, slot: usize, child: Child, bounds: Aabb) {
