@@ -1,9 +1,12 @@
 //! Going closer to what is small.
 
-use crate::{Camera, RenderError, World, survey};
+use crate::{Camera, Ray, RenderError, World, survey};
 
 /// Rays that look for the smallest part: so many across, and as many down.
 const LOOK: u32 = 256;
+
+/// How much closer it is gone at once to what has no last part.
+const STEP: f64 = 16.0;
 
 /// The camera of a world, `factor` times as close to the smallest part that it sees: what it meets after the deepest
 /// recursion, of several the nearest one. That comes to the middle of the picture, seen
@@ -33,16 +36,36 @@ const LOOK: u32 = 256;
 /// # Panics
 /// If the boxes are of another graph.
 pub fn zoom(world: &World<'_>, factor: f64) -> Result<Camera, RenderError> {
+    let (mut world, mut left) = (world.clone(), factor);
+    while let Some((ray, seen)) = smallest(&world)? {
+        let mut hits = Vec::new();
+        world.engine.tracer().nearest(&[ray], &mut hits)?;
+        // Where recursion never ends, a line may meet nothing: then it is gone closer to what is seen in its place, step
+        // by step.
+        let (point, step) = match &hits[0] {
+            Some(hit) => (hit.point, left),
+            None => (ray.at(seen), left.min(STEP)),
+        };
+        let eye = point + (world.camera.eye - point) / step;
+        world.camera = Camera { eye, target: point, ..world.camera };
+        left /= step;
+        if left <= 1.0 {
+            break;
+        }
+    }
+    Ok(world.camera)
+}
+
+/// The ray to the smallest part that a world sees, and where it is seen.
+fn smallest(world: &World<'_>) -> Result<Option<(Ray, f64)>, RenderError> {
     let probes = survey(world, LOOK, LOOK)?;
     let pixels = (0..LOOK).flat_map(|y| (0..LOOK).map(move |x| (x, y)));
     let smallest = pixels
         .zip(&probes)
         .filter(|(_, probe)| probe.node.is_some())
         .max_by(|(_, a), (_, b)| a.recursion.cmp(&b.recursion).then(b.depth.total_cmp(&a.depth)));
-    let Some(((x, y), _)) = smallest else { return Ok(world.camera) };
+    let Some(((x, y), probe)) = smallest else { return Ok(None) };
     let ray = world.camera.lens(LOOK, LOOK)?.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
-    let mut hits = Vec::new();
-    world.engine.tracer().nearest(&[ray], &mut hits)?;
-    let Some(hit) = hits[0] else { return Ok(world.camera) };
-    Ok(Camera { eye: hit.point + (world.camera.eye - hit.point) / factor, target: hit.point, ..world.camera })
+    let forward = (world.camera.target - world.camera.eye).normalize();
+    Ok(Some((ray, f64::from(probe.depth) / ray.direction.dot(forward))))
 }
