@@ -6,7 +6,7 @@ use std::{fs, io};
 
 use csg_graph_cli::bounds::Cost;
 use csg_graph_cli::{BenchArgs, BoundsArgs, Failure};
-use image::{GenericImage, RgbImage};
+use image::{GenericImage, Rgb, RgbImage};
 
 use crate::golden::Comparison;
 use crate::{example, exit_code, line};
@@ -30,6 +30,19 @@ const STATES: (&str, &str) = ("cost_states.svg", "states");
 /// and how many stand in a row.
 const ZOOM: (&str, &str, u32, u32) =
     ("zoom.png", "scenes/peers/sympodial.pcsg --set cnt=60 --samples 9 --size 160x160", 10, 5);
+
+/// What never ends, a hundred times closer in each picture of a row: the sheet, the scenes, the arguments of `pcsg render`,
+/// and how many stand in a row.
+const ENDLESS: (&str, [&str; 3], &str, u32) = (
+    "zoom_endless.png",
+    ["scenes/endless/sierpinski.pcsg", "scenes/endless/fern.pcsg", "scenes/endless/menger.pcsg"],
+    "--integrator direct --samples 9 --size 200x200",
+    4,
+);
+
+/// A picture, the same one with parts below a pixel left out, and how far they differ, four times as bright.
+const DETAIL: (&str, &str) =
+    ("detail.png", "scenes/peers/sympodial.pcsg --set cnt=60 --samples 16 --size 320x320");
 
 /// Why a figure is not as it should be.
 #[derive(Debug, thiserror::Error)]
@@ -73,18 +86,23 @@ pub fn figures(repository: &Path, check: bool) -> Result<(), FigureError> {
             return Err(FigureError::Stale(name));
         }
     }
-    let (name, ..) = ZOOM;
-    let sheet = zoom(repository)?;
-    let picture = |error| FigureError::Picture(name, error);
-    if check {
+    let sheets =
+        [(ZOOM.0, zoom(repository)?), (ENDLESS.0, endless(repository)?), (DETAIL.0, detail(repository)?)];
+    for (name, sheet) in sheets {
+        let picture = |error| FigureError::Picture(name, error);
+        if !check {
+            let bytes = csg_graph_cli::render::encode(&sheet).map_err(picture)?;
+            fs::write(folder.join(name), bytes).map_err(|error| FigureError::File(name, error))?;
+            continue;
+        }
         let accepted = image::open(folder.join(name)).map_err(picture)?.to_rgb8();
         if !Comparison::new(&accepted, &sheet).is_some_and(|comparison| comparison.passes()) {
             return Err(FigureError::Stale(name));
         }
+    }
+    if check {
         return Ok(());
     }
-    let bytes = csg_graph_cli::render::encode(&sheet).map_err(picture)?;
-    fs::write(folder.join(name), bytes).map_err(|error| FigureError::File(name, error))?;
     for (name, arguments) in COSTS {
         let mut args: BenchArgs = line::parse(&format!("{arguments} --plot {name}")).expect(SOUND);
         args.scene.scene = repository.join(&args.scene.scene);
@@ -115,16 +133,53 @@ fn states() -> Result<String, FigureError> {
 /// The pictures of the zoom on one sheet.
 fn zoom(repository: &Path) -> Result<RgbImage, FigureError> {
     let (name, arguments, count, across) = ZOOM;
-    let mut sheet = RgbImage::new(0, 0);
-    for number in 0..count {
-        let args = line::render(repository, &format!("{arguments} --zoom 1e{number}")).expect(SOUND);
-        let picture = csg_graph_cli::render::picture(&args)?;
-        let (width, height) = picture.dimensions();
-        if number == 0 {
-            sheet = RgbImage::new(across * width, count.div_ceil(across) * height);
-        }
+    let picture = |number| render(repository, &format!("{arguments} --zoom 1e{number}"));
+    sheet(name, (0..count).map(picture), across)
+}
+
+/// The pictures of what never ends on one sheet.
+fn endless(repository: &Path) -> Result<RgbImage, FigureError> {
+    let (name, scenes, arguments, across) = ENDLESS;
+    let pictures = scenes.iter().flat_map(|scene| {
+        (0..across).map(move |number| {
+            // The first is not turned to what the others are of.
+            let zoom = if number == 0 { String::new() } else { format!("--zoom 1e{}", 2 * number) };
+            render(repository, &format!("{scene} {arguments} {zoom}"))
+        })
+    });
+    sheet(name, pictures, across)
+}
+
+/// The pictures with and without small parts on one sheet, and their difference.
+fn detail(repository: &Path) -> Result<RgbImage, FigureError> {
+    let (name, arguments) = DETAIL;
+    let [all, large] = ["", "--detail 1"].map(|more| render(repository, &format!("{arguments} {more}")));
+    let (all, large) = (all?, large?);
+    let difference = RgbImage::from_fn(all.width(), all.height(), |x, y| {
+        let [one, other] = [&all, &large].map(|picture| picture.get_pixel(x, y).0);
+        Rgb([0, 1, 2].map(|channel: usize| one[channel].abs_diff(other[channel]).saturating_mul(4)))
+    });
+    sheet(name, [Ok(all), Ok(large), Ok(difference)].into_iter(), 3)
+}
+
+fn render(repository: &Path, arguments: &str) -> Result<RgbImage, FigureError> {
+    let args = line::render(repository, arguments).expect(SOUND);
+    Ok(csg_graph_cli::render::picture(&args)?)
+}
+
+/// Pictures of one size in rows.
+fn sheet(
+    name: &'static str,
+    pictures: impl Iterator<Item = Result<RgbImage, FigureError>>,
+    across: u32,
+) -> Result<RgbImage, FigureError> {
+    let pictures = pictures.collect::<Result<Vec<_>, _>>()?;
+    let (width, height) = pictures.first().map_or((0, 0), RgbImage::dimensions);
+    let rows = pictures.len().div_ceil(across as usize);
+    let mut sheet = RgbImage::new(across * width, u32::try_from(rows).expect("a few rows") * height);
+    for (picture, number) in pictures.iter().zip(0..) {
         let at = (number % across * width, number / across * height);
-        sheet.copy_from(&picture, at.0, at.1).map_err(|error| FigureError::Picture(name, error))?;
+        sheet.copy_from(picture, at.0, at.1).map_err(|error| FigureError::Picture(name, error))?;
     }
     Ok(sheet)
 }

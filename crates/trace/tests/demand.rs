@@ -8,7 +8,7 @@ use csg_graph::Graph;
 use csg_graph_bounds::{Aabb, Envelopes, Limits, exact, root_box};
 use csg_graph_trace::{
     Accelerated, Camera, Engine, Footprint, Hit, Lens, Light, RenderError, Settings, StateBounds, Tracer,
-    World, brute, render,
+    World, brute, render, survey, zoom,
 };
 
 use agreement::{CLEARANCE, agree};
@@ -123,6 +123,20 @@ fn memory_and_threads_change_no_byte() {
     assert!(colours.iter().filter(|[r, g, b]| r > g && g > b).count() > 100, "there are branches");
 }
 
+#[test]
+fn threads_change_no_byte_of_what_is_measured() {
+    let graph = graph(&dust(10));
+    let scene = whole(&graph).with_detail(4.0);
+    let bounds = root_box(&graph, &Limits::default()).unwrap().aabb;
+    let pictures = [1, 8].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| picture(&scene, &bounds, 4)).unwrap()
+    });
+    assert_eq!(pictures[0], pictures[1]);
+    let again = whole(&graph).with_detail(4.0);
+    assert_eq!(pictures[0], picture(&again, &bounds, 4).unwrap());
+}
+
 /// So many pixels are not looked into.
 const DETAIL: f64 = 2.0;
 
@@ -169,13 +183,31 @@ fn silhouettes_are_off_by_less_than_they_may() {
     compare_silhouettes(&graph, &enveloped(&graph, 1 << 24).with_detail(DETAIL), true);
 }
 
-#[test]
-fn what_never_ends_is_what_ends_far_below_a_pixel() {
+/// Dust that never ends.
+fn endless() -> Accelerated {
     let endless =
         graph(&dust(1).replace("if(n > 0, 2, 1)", "if(n > 0, 2, 1 + (n < 0))").replace("n - 1", "n"));
     let boxes = exact(&endless, &Limits::default()).unwrap();
     assert!(boxes.endless.is_some());
-    let scene = Accelerated::on_demand(endless, StateBounds::Exact(Box::new(boxes)), 1 << 20).unwrap();
+    Accelerated::on_demand(endless, StateBounds::Exact(Box::new(boxes)), 1 << 20).unwrap()
+}
+
+#[test]
+fn what_never_ends_can_be_gone_close_to() {
+    let scene = endless().with_detail(0.5);
+    let camera = Camera::framing(&Aabb::new([-1.0; 3].into(), [1.0; 3].into()), 40.0, 1.0);
+    let engine = Engine::Fast(&scene);
+    let world = World { engine, camera, lights: vec![], background: World::DEFAULT_BACKGROUND };
+    let closer = zoom(&world, 1e6).unwrap();
+    let [far, near] = [camera, closer].map(|camera| camera.eye.distance(camera.target));
+    assert!(near < far * 1e-5 && near > far * 1e-8, "{near} of {far}");
+    let seen = survey(&World { camera: closer, ..world }, 32, 32).unwrap();
+    assert!(seen.iter().filter(|probe| probe.node.is_some()).count() > 100);
+}
+
+#[test]
+fn what_never_ends_is_what_ends_far_below_a_pixel() {
+    let scene = endless();
     compare_silhouettes(&graph(&dust(9)), &scene.with_detail(DETAIL), true);
 }
 

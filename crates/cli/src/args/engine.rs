@@ -29,7 +29,8 @@ pub struct EngineArgs {
     /// 0.5 where the recursion never ends, and else 0
     ///
     /// What stands for such a part is its box, which shows the paint of something in it; silhouettes are off by no more
-    /// than that. With 0 everything is looked into. For the fast engine.
+    /// than that. Where all states are listed, the box stops as many rays as what is in it. With 0 everything is looked
+    /// into. For the fast engine.
     #[arg(long, value_name = "PIXELS", allow_hyphen_values = true, value_parser = pixels)]
     pub detail: Option<f64>,
     /// Memory for scenes whose states cannot all be listed, and for those that are: bytes, or with a suffix K, M or G of

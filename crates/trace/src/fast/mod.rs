@@ -10,7 +10,7 @@
 //! - [`packet`], [`single`]: the first hit of rays together and alone; [`lanes`] and [`shapes`] are their arithmetic;
 //! - [`solid`], [`face`]: the first boundary of the results of ∩ and \\, and whose face it is;
 //! - [`hits`]: what was hit, and the way to it;
-//! - [`detail`], [`sample`]: what is too small to be looked into, and what is seen of it.
+//! - [`detail`], [`look`], [`sample`]: what is too small to be looked into, and what is seen of it.
 
 pub(crate) mod blocks;
 mod bounds;
