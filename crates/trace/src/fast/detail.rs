@@ -165,7 +165,21 @@ impl Detail {
     /// Whether an item is too small for a ray in its super-node to look into.
     pub(super) fn is_small(&self, block: &Compiled, place: Place, ray: &Ray) -> bool {
         let part = &block.parts[place.item as usize];
-        self.hides(place.way, part.size, closest(ray, part.bounds.center()).max(0.0))
+        self.hides_part(place.way, part, closest(ray, part.bounds.center()).max(0.0))
+    }
+
+    /// Whether a part of the super-node of a way is too small to be looked into at t. Where directions are not stretched
+    /// alike, a flat box may be much smaller than its diagonal would be at most.
+    #[inline(always)]
+    pub(super) fn hides_part(&self, way: u32, part: &Part, t: f64) -> bool {
+        self.hides(way, part.size, t)
+            || part.size.is_finite()
+                && self.ways[way as usize].before.is_some_and(|before| {
+                    let half = (part.bounds.size() * 0.5).as_vec3a();
+                    let reach = before.abs() * half;
+                    let size = 2.0 * self.ways[way as usize].scale * reach.length();
+                    f64::from(size) <= self.footprint.at(t)
+                })
     }
 
     /// Whether a ray is stopped by what stops some part of the rays. What a ray may go through is the same for all

@@ -111,11 +111,10 @@ impl Inquiry<'_> {
     #[inline(always)]
     fn is_small(&self, block: &Compiled, way: u32, child: Child, t: f64) -> bool {
         let Some(detail) = &self.hits.detail else { return false };
-        let size = match child.get() {
-            Ok(item) => block.parts[item].size,
-            Err(node) => block.nodes[node].size,
-        };
-        detail.hides(way, size, t)
+        match child.get() {
+            Ok(item) => detail.hides_part(way, &block.parts[item], t),
+            Err(node) => detail.hides(way, block.nodes[node].size, t),
+        }
     }
 
     /// Lets a ray in a super-node meet the box of a child at t, if what is in there stops it.
