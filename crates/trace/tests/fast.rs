@@ -177,6 +177,73 @@ fn cubes_with_shared_faces() {
     assert_eq!(hits(operator(Operator::Difference, both(), cube(on_top))), whole);
 }
 
+/// A cube less a hole in its middle, twenty of half the size around that, and so on. Their faces coincide where they are
+/// cubes of half the size of their cells.
+fn holes(kind: PrimitiveKind, size: f64, levels: f64) -> Graph {
+    let mut builder = GraphBuilder::new();
+    let n = builder.param("n", levels);
+    let cells = builder.symbol("HO");
+    let hole = builder.primitive(kind, []);
+    let hole = builder.transform(TransformKind::UScale, [Expr::from(size)], hole);
+    let cell = builder.transform(TransformKind::UScale, [Expr::from(0.5)], cells);
+    let mut all = hole;
+    for at in 0..27 {
+        let place = [at / 9, at / 3 % 3, at % 3].map(|place| 0.5 * f64::from(place - 1));
+        if place.iter().filter(|coordinate| **coordinate == 0.0).count() < 2 {
+            let moved = builder.transform(TransformKind::Move, place.map(Expr::from), cell);
+            let deeper = builder.calculate([(n, Expr::from(n) - 1.0)], moved);
+            all = builder.operator(Operator::Union, all, deeper);
+        }
+    }
+    builder.rules(cells, Some(Expr::choose(Expr::from(n).gt(0.0), 1.0, 2.0)), [all, hole]);
+    let cube = builder.primitive(PrimitiveKind::Cube, []);
+    let rest = builder.operator(Operator::Difference, cube, cells);
+    builder.finish(rest).unwrap()
+}
+
+#[test]
+fn rays_through_holes_need_not_be_alone() {
+    for (kind, size) in [(PrimitiveKind::Sphere, 0.6), (PrimitiveKind::Cube, 0.5), (PrimitiveKind::Cone, 0.5)]
+    {
+        let graph = holes(kind, size, 2.0);
+        let boxes = exact(&graph, &Limits::default()).unwrap();
+        let hyper_boxes = exact(&graph, &Limits::default()).unwrap().into_hyper_boxes();
+        let scene = Accelerated::new(&graph, &boxes, 1 << 16).unwrap();
+        let mut walk = Walk::new(&graph, Some(&hyper_boxes));
+        let mut tracer = scene.tracer();
+        let (mut found, mut shadowed) = (0, 0);
+        for square in 0..400 {
+            // Some begin outside, some in holes, and some in the solid. They fall apart more and more.
+            let aside = f64::from(square % 20) / 8.0 - 1.25 + 1.0 / 128.0;
+            let from = DVec3::new(
+                aside,
+                f64::from(square / 20) / 8.0 - 1.25,
+                [-3.0, -0.875, 0.875][square as usize % 3],
+            );
+            let spread = 1.0 / f64::from(1 << (square % 8));
+            let rays: Vec<Ray> = (0..PACKET)
+                .map(|lane| {
+                    let [x, y] = [lane % 4, lane / 4].map(|step| step as f64 * spread);
+                    Ray { origin: from, direction: DVec3::new(x - aside, y - from.y, 1.0 + 0.125 * x) }
+                })
+                .collect();
+            let mut hits = vec![None; PACKET];
+            tracer.nearest_of(&rays, &mut hits);
+            let ends = [1.5; PACKET];
+            let dark = tracer.occluded_of(&rays, &ends);
+            for (lane, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
+                assert_eq!(tracer.nearest(ray), *hit, "alone and in a packet");
+                assert_eq!(tracer.occluded(ray, 1.5), dark >> lane & 1 == 1, "alone and in a packet");
+                let expected = walk.nearest(ray).unwrap();
+                assert!(agree(expected.as_ref(), hit.as_ref()), "{kind:?} {ray:?}\n{expected:?}\n{hit:?}");
+            }
+            found += hits.iter().flatten().count();
+            shadowed += dark.count_ones();
+        }
+        assert!(found > 300 && shadowed > 100, "{kind:?}: {found} hits, {shadowed} in shadow");
+    }
+}
+
 /// A plate with `count`² holes.
 fn drilled(count: i32) -> Graph {
     let mut builder = GraphBuilder::new();

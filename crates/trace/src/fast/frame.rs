@@ -80,7 +80,7 @@ pub(super) struct NarrowRays {
 pub(super) struct Floats(pub(super) [f32; LANES]);
 
 impl Floats {
-    const ZERO: Self = Self([0.0; LANES]);
+    pub(super) const ZERO: Self = Self([0.0; LANES]);
 
     #[inline(always)]
     pub(super) fn load<S: Simd>(&self, simd: S) -> f32x16<S> {

@@ -167,6 +167,24 @@ impl Hits {
         items.reverse();
     }
 
+    /// Whether two places are the same in the graph, where it may have been come to more than once.
+    #[inline(always)]
+    pub(super) fn is_same(&self, mut place: Place, mut other: Place) -> bool {
+        while place.item == other.item {
+            if place.way == other.way {
+                return true;
+            }
+            let [Way { above, item, block }, other_way] =
+                [place.way, other.way].map(|way| self.ways[way as usize]);
+            if block != other_way.block || place.way == START || other.way == START {
+                return false;
+            }
+            (place.way, place.item) = (above, item);
+            (other.way, other.item) = (other_way.above, other_way.item);
+        }
+        false
+    }
+
     /// Whether a place is left of another one in the graph. The items of a super-node are in the order of the graph.
     #[cold]
     pub(super) fn is_left(&self, place: Place, of: Option<Place>) -> bool {

@@ -8,13 +8,14 @@
 //! - [`blocks`]: all of the graph at once, or what rays come to;
 //! - [`tree`], [`frame`], [`point`]: their boxes in single precision, and what is tested against them;
 //! - [`packet`], [`single`]: the first hit of rays together and alone; [`lanes`] and [`shapes`] are their arithmetic;
-//! - [`solid`], [`face`]: the first boundary of the results of ∩ and \\, and whose face it is;
+//! - [`solid`], [`cuts`], [`face`]: the first boundary of the results of ∩ and \\, alone and together, and whose face it is;
 //! - [`hits`]: what was hit, and the way to it;
 //! - [`detail`], [`look`], [`sample`]: what is too small to be looked into, and what is seen of it.
 
 pub(crate) mod blocks;
 mod bounds;
 mod compile;
+mod cuts;
 mod detail;
 mod face;
 mod frame;

@@ -14,6 +14,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x
 
 use super::Inquiry;
 use super::compile::{Content, Item, SuperNode};
+use super::cuts::{Cuts, Firsts};
 use super::frame::{Floats, Line, NarrowRays, float_bits, load};
 use super::hits::{Hits, Place, ROOT, START};
 use super::lanes::{HALF, LANES, Lanes, Mask, Rays, transform};
@@ -41,6 +42,7 @@ pub(super) struct Packet {
     levels: Vec<NarrowRays>,
     stack: Vec<Open>,
     single: Single,
+    cuts: Cuts,
 }
 
 impl Packet {
@@ -118,6 +120,14 @@ impl Packet {
                     self.enter(simd, below, level + 1, lanes, inquiry.hits);
                 }
                 Content::Solid(solid) => {
+                    let Inquiry { held, hits, solids, .. } = inquiry;
+                    let firsts = self.cuts.first(simd, held, hits, solids, (solid, place), &rays.rays, lanes);
+                    if let Some(Firsts { t, faces, way, met, alone }) = &firsts {
+                        each(*met, |lane| {
+                            inquiry.answer(lane, t.0[lane], faces[lane], || (*way, self.cuts.ray(lane)));
+                        });
+                        lanes = *alone;
+                    }
                     each(lanes, |lane| {
                         inquiry.ask_solid(simd, lane, &rays.rays.get(lane), solid, place);
                     });
@@ -211,7 +221,7 @@ impl Packet {
 
 /// For each lane of a set.
 #[inline(always)]
-fn each(mut lanes: Mask, mut action: impl FnMut(usize)) {
+pub(super) fn each(mut lanes: Mask, mut action: impl FnMut(usize)) {
     while lanes != 0 {
         action(lanes.trailing_zeros() as usize % LANES);
         lanes &= lanes - 1;

@@ -25,7 +25,7 @@ use fearless_simd::Simd;
 
 use super::Work;
 use super::blocks::Held;
-use super::compile::{Compiled, Content, Solid};
+use super::compile::{Compiled, Content, Solid, SuperNode};
 use super::frame::Narrow;
 use super::hits::{Hits, Place};
 use super::lanes::transform;
@@ -51,6 +51,15 @@ struct Question {
     is_cut: bool,
 }
 
+/// A child of a super-node of a block that a ray has come to on some way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Part<'a> {
+    pub(super) ball: &'a SuperNode,
+    pub(super) child: Child,
+    pub(super) block: u32,
+    pub(super) way: u32,
+}
+
 /// Where the ray comes to be there, and the face that it passes: unless there are several at this t, or none because it
 /// has been there before.
 #[derive(Clone, Copy, Debug)]
@@ -68,8 +77,12 @@ pub(super) struct Solids {
     levels: Vec<Narrow>,
     stack: Vec<Open>,
     waiting: Vec<Waiting>,
+    /// The face that the ray has come to by, if it does not begin where the question does.
+    come_by: Option<Place>,
+    /// Children of the super-nodes at some levels that have been looked at before.
+    known: Vec<(u32, Child)>,
     /// Whether there may be several faces at one t, of which the wrong one is known.
-    tied: bool,
+    pub(super) tied: bool,
     pub(super) work: Work,
 }
 
@@ -285,13 +298,83 @@ impl Solids {
         ray: &Ray,
         question: Question,
     ) -> Answer {
+        self.clear(None);
+        let (left, way) = self.begin(held, hits, (solid, place), ray, question);
+        let answer = self.ask(held, hits, (left, way), *ray, question);
+        self.go_on(simd, held, hits, answer)
+    }
+
+    /// How far a ray gets from t on within a part that is cut out, in pieces that each begin where another one has not
+    /// ended; and by which face. It has come to t by a face that is known. Beyond a limit it does not matter.
+    #[inline(never)]
+    #[expect(clippy::too_many_arguments, reason = "what is asked, and where")]
+    pub(super) fn leave<S: Simd>(
+        &mut self,
+        simd: S,
+        held: &Held<'_>,
+        hits: &mut Hits,
+        part: Part<'_>,
+        ray: &Ray,
+        [t, limit]: [f64; 2],
+        face: Place,
+    ) -> Option<(f64, Place)> {
+        self.clear(Some(face));
+        let narrow = Narrow::new(*ray, part.ball, part.block, part.way)?;
+        self.open(narrow, part.child);
+        let end = self.leave_on(simd, held, hits, [t, limit], face);
+        (end.0 > t).then_some(end)
+    }
+
+    /// Adds a part around the one that was left, in which a child is known by that.
+    pub(super) fn leave_around(&mut self, part: Part<'_>, ray: &Ray, known: Child) {
+        if let Some(narrow) = Narrow::new(*ray, part.ball, part.block, part.way) {
+            let level = self.open(narrow, part.child);
+            self.known.push((level, known));
+        }
+    }
+
+    /// How far it gets from the t where it has left a part, with those that were added.
+    #[inline(never)]
+    pub(super) fn leave_on<S: Simd>(
+        &mut self,
+        simd: S,
+        held: &Held<'_>,
+        hits: &mut Hits,
+        [t, limit]: [f64; 2],
+        face: Place,
+    ) -> (f64, Place) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let question = Question { seek: Seek::Outside, from: t, limit, is_cut: true };
+                let last = Answer { t, face };
+                self.calls.push(Call::Leaving(Leaving { question, last, stack: 0, waiting: 0, level: 0 }));
+                let Answer { t, face } = self.go_on(simd, held, hits, None);
+                (t, face)
+            },
+        )
+    }
+
+    #[inline(always)]
+    fn clear(&mut self, come_by: Option<Place>) {
         self.calls.clear();
         self.levels.clear();
         self.stack.clear();
         self.waiting.clear();
+        self.known.clear();
+        self.come_by = come_by;
         self.tied = false;
-        let (left, way) = self.begin(held, hits, (solid, place), ray, question);
-        let mut answer = self.ask(held, hits, (left, way), *ray, question);
+    }
+
+    /// Goes on with the last answer until there is no question left.
+    #[inline(always)]
+    fn go_on<S: Simd>(
+        &mut self,
+        simd: S,
+        held: &Held<'_>,
+        hits: &mut Hits,
+        mut answer: Option<Answer>,
+    ) -> Answer {
         loop {
             answer = match (self.calls.last_mut(), answer) {
                 (None, Some(answer)) => return answer,
@@ -394,10 +477,12 @@ impl Solids {
         }
     }
 
-    fn open(&mut self, narrow: Narrow, root: Child) {
+    /// Opens a super-node, and says at which level.
+    fn open(&mut self, narrow: Narrow, root: Child) -> u32 {
         let level = u32::try_from(self.levels.len()).expect("2³² levels outgrow memory");
         self.levels.push(narrow);
         self.stack.push(Open { near: f32::NEG_INFINITY, child: root, level });
+        level
     }
 
     /// Searches a union, nearest boxes first, until it has an answer, or until a part has to be asked that is on the stack
@@ -495,12 +580,15 @@ impl Solids {
                 Err(node) => {
                     let node = &block.nodes[node];
                     self.work.boxes += u64::from(node.count);
-                    let (near, mut met) = met(simd, node, &narrow.line, narrow.start(t), f32::MAX);
+                    let (near, mut met) = met(simd, node, &narrow.line, narrow.start(t), narrow.end(limit));
                     let here = narrow.end(t);
                     while met != 0 {
                         let slot = met.trailing_zeros() as usize % WIDTH;
                         met &= met - 1;
                         let open = Open { child: node.children[slot], ..open };
+                        if self.known.contains(&(open.level, open.child)) {
+                            continue;
+                        }
                         if near[slot] <= here {
                             self.stack.push(open);
                         } else {
@@ -518,7 +606,8 @@ impl Solids {
             if let Some((place, extents)) =
                 extents(&mut self.work, hits, block, place, [&narrow.ray, &ray], question.is_cut)
             {
-                self.tied |= question.begins_at_face(&extents);
+                let is_known = |face| hits.is_same(face, place);
+                self.tied |= question.begins_at_face(&extents) && !self.come_by.is_some_and(is_known);
                 let answer = question.answer(&extents, place);
                 if answer.t > t {
                     union.last = answer;
@@ -549,9 +638,12 @@ impl Solids {
                 }
             }
         }
-        self.stack.truncate(union.stack);
-        self.waiting.truncate(union.waiting);
-        self.levels.truncate(union.level);
+        // What nobody waits for may be gone on with.
+        if !self.calls.is_empty() {
+            self.stack.truncate(union.stack);
+            self.waiting.truncate(union.waiting);
+            self.levels.truncate(union.level);
+        }
         Some(union.last)
     }
 
