@@ -433,6 +433,10 @@ impl Level {
 
     /// Computes where the points are.
     #[inline(always)]
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "iterators would be compiled without the vector instructions"
+    )]
     fn set_points<S: Simd>(&mut self, simd: S, front: &Front) {
         let mut points = [[f64x8::splat(simd, 0.0); 2]; 3];
         for half in 0..2 {

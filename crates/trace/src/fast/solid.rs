@@ -79,8 +79,9 @@ pub(super) struct Solids {
     waiting: Vec<Waiting>,
     /// The face that the ray has come to by, if it does not begin where the question does.
     come_by: Option<Place>,
-    /// Children of the super-nodes at some levels that have been looked at before.
-    known: Vec<(u32, Child)>,
+    /// Children that have been looked at before: of the super-nodes at the levels from some one on.
+    known: Vec<Child>,
+    known_from: u32,
     /// Whether there may be several faces at one t, of which the wrong one is known.
     pub(super) tied: bool,
     pub(super) work: Work,
@@ -329,7 +330,10 @@ impl Solids {
     pub(super) fn leave_around(&mut self, part: Part<'_>, ray: &Ray, known: Child) {
         if let Some(narrow) = Narrow::new(*ray, part.ball, part.block, part.way) {
             let level = self.open(narrow, part.child);
-            self.known.push((level, known));
+            if self.known.is_empty() {
+                self.known_from = level;
+            }
+            self.known.push(known);
         }
     }
 
@@ -582,11 +586,12 @@ impl Solids {
                     self.work.boxes += u64::from(node.count);
                     let (near, mut met) = met(simd, node, &narrow.line, narrow.start(t), narrow.end(limit));
                     let here = narrow.end(t);
+                    let known = self.known.get(open.level.wrapping_sub(self.known_from) as usize);
                     while met != 0 {
                         let slot = met.trailing_zeros() as usize % WIDTH;
                         met &= met - 1;
                         let open = Open { child: node.children[slot], ..open };
-                        if self.known.contains(&(open.level, open.child)) {
+                        if known == Some(&open.child) {
                             continue;
                         }
                         if near[slot] <= here {
