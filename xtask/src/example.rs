@@ -21,9 +21,9 @@ pub(crate) fn run(package: &str, example: &str, arguments: &[(&str, Option<&str>
     }
 }
 
-/// Builds an example and runs it for what it prints.
-pub(crate) fn output(package: &str, example: &str) -> io::Result<String> {
-    let output = cargo_run(package, ["--example", example]).stderr(Stdio::inherit()).output()?;
+/// Runs a command for what it prints.
+pub(crate) fn printed(command: &mut Command) -> io::Result<String> {
+    let output = command.stderr(Stdio::inherit()).output()?;
     if !output.status.success() {
         return Err(io::Error::other(output.status.to_string()));
     }

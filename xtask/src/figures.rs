@@ -1,5 +1,7 @@
 //! The figures of the documents: each is what a command draws. What can be the same twice must be what it draws now.
 
+mod memory;
+
 use std::path::Path;
 use std::process::ExitCode;
 use std::{fs, io};
@@ -8,8 +10,9 @@ use csg_graph_cli::bounds::Cost;
 use csg_graph_cli::{BenchArgs, BoundsArgs, Failure};
 use image::{GenericImage, Rgb, RgbImage};
 
+use crate::example::{cargo_run, printed};
 use crate::golden::Comparison;
-use crate::{example, exit_code, line};
+use crate::{exit_code, line};
 
 /// Drawings of boxes, by their names in `docs/figures`, and the arguments of `pcsg bounds` that draw them.
 const GROWTHS: [(&str, &str); 1] = [("sympodial_growth.svg", "scenes/sympodial.pcsg --sweep cnt=0..12")];
@@ -53,9 +56,9 @@ pub enum FigureError {
     /// Its file cannot be read or written.
     #[error("docs/figures/{0}: {1}")]
     File(&'static str, io::Error),
-    /// The example that measures it does not.
-    #[error("docs/figures/{0}: the example that measures it fails: {1}")]
-    Example(&'static str, io::Error),
+    /// The program that measures it does not.
+    #[error("docs/figures/{0}: what measures it fails: {1}")]
+    Measurement(&'static str, io::Error),
     /// Its file is no picture, or cannot become one.
     #[error("docs/figures/{0}: {1}")]
     Picture(&'static str, image::ImageError),
@@ -110,14 +113,16 @@ pub fn figures(repository: &Path, check: bool) -> Result<(), FigureError> {
         fs::write(folder.join(name), drawing).map_err(|error| FigureError::File(name, error))?;
     }
     let (name, _) = STATES;
-    fs::write(folder.join(name), states()?).map_err(|error| FigureError::File(name, error))
+    fs::write(folder.join(name), states()?).map_err(|error| FigureError::File(name, error))?;
+    let drawing = memory::drawing().map_err(|error| FigureError::Measurement(memory::NAME, error))?;
+    fs::write(folder.join(memory::NAME), drawing).map_err(|error| FigureError::File(memory::NAME, error))
 }
 
 /// The drawing of what boxes cost by the number of states.
 fn states() -> Result<String, FigureError> {
     let (name, example) = STATES;
-    let failed = |error| FigureError::Example(name, error);
-    let table = example::output("csg-graph-bounds", example).map_err(failed)?;
+    let failed = |error| FigureError::Measurement(name, error);
+    let table = printed(&mut cargo_run("csg-graph-bounds", ["--example", example])).map_err(failed)?;
     let row = |line: &str| {
         let [scene, _, states, seconds, bytes] = line.split_whitespace().collect::<Vec<_>>()[..] else {
             return None;

@@ -172,7 +172,7 @@ pub struct RenderArgs {
     /// What finds the hits.
     #[command(flatten)]
     pub engine: EngineArgs,
-    /// Write counts and times as JSON
+    /// Write counts, times and the peak of the memory as JSON
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
 }

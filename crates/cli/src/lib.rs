@@ -15,6 +15,7 @@ mod interrupt;
 mod load;
 mod output;
 mod plot;
+mod process;
 mod progress;
 mod regime;
 pub mod render;

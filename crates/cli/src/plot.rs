@@ -43,6 +43,8 @@ pub(crate) struct Drawing<'a> {
 pub(crate) enum Values {
     Linear(Range<i32>),
     Logarithmic(Range<i32>),
+    /// Powers of two, each so many bytes.
+    Bytes(Range<i32>),
 }
 
 /// One of the panels.
@@ -134,6 +136,7 @@ impl Drawing<'_> {
         for (panel, area, x_title) in [(first, upper, None), (second, lower, Some(self.x_title))] {
             match self.values.clone() {
                 Values::Linear(values) => panel.draw(&area, x_title, values, i32::to_string)?,
+                Values::Bytes(values) => panel.draw(&area, x_title, values, binary)?,
                 Values::Logarithmic(values) => {
                     let decades = std::iter::successors(Some(1_i32), |decade| decade.checked_mul(10));
                     let ticks = decades.filter(|decade| values.contains(decade)).collect();
@@ -254,6 +257,31 @@ pub(crate) fn power(count: &f64) -> String {
     format!("10{}", raised.collect::<String>())
 }
 
+/// A number of units with the prefix that suits it, each a thousand times the one before.
+pub(crate) fn prefixed(number: f64, units: [&str; 3], first: f64) -> String {
+    let [small, middle, large] = units;
+    let scaled = number / first;
+    if scaled < 999.5 {
+        format!("{scaled:.0} {small}")
+    } else if scaled < 999.5e3 {
+        format!("{:.0} {middle}", scaled / 1e3)
+    } else {
+        format!("{:.0} {large}", scaled / 1e6)
+    }
+}
+
+/// A power of two in bytes, as the command line has it.
+fn binary(power: &i32) -> String {
+    let (tens, ones) = (power.div_euclid(10), power.rem_euclid(10));
+    let suffix = match tens {
+        0 => "",
+        1 => "K",
+        2 => "M",
+        _ => "G",
+    };
+    format!("{}{suffix}", 1_u64 << (ones + 10 * (tens - 3).max(0)))
+}
+
 /// Text with its upper left corner at a point.
 fn write(area: &Area<'_>, text: &str, at: (i32, i32), size: i32, colour: RGBColor) -> Drawn {
     area.draw(&Text::new(text, at, font(size, colour)))
@@ -277,5 +305,9 @@ mod tests {
         assert_eq!(ticks(&(0.8..1.5e12)), [1.0, 1e2, 1e4, 1e6, 1e8, 1e10, 1e12]);
         assert_eq!(ticks(&(40.0..900.0)), [50.0, 100.0, 200.0, 500.0]);
         assert_eq!([1.0, 100.0, 1e3, 1e12].map(|count| power(&count)), ["1", "100", "10³", "10¹²"]);
+        assert_eq!(
+            [0, 9, 16, 24, 30, 41].map(|power| binary(&power)),
+            ["1", "512", "64K", "16M", "1G", "2048G"]
+        );
     }
 }

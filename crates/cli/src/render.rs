@@ -1,5 +1,6 @@
 //! `pcsg render`: a scene as a picture.
 
+mod budgets;
 mod checkpoint;
 mod layers;
 mod stats;
@@ -22,6 +23,8 @@ use crate::stage::Stage;
 use crate::{Failure, interrupt, output, progress, say};
 use checkpoint::Checkpoint;
 use stats::Stats;
+
+pub use budgets::{Budgeted, budgets_drawing};
 
 /// The most rays a pixel where noise decides, and nobody asked for more or less.
 const NOISY_SAMPLES: u32 = 256;

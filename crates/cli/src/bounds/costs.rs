@@ -1,6 +1,6 @@
 //! What exact boxes cost by the number of states, as a drawing. `cargo xtask figures` measures and draws it for the documents.
 
-use crate::plot::{Curve, Drawing, Panel, Point, Style, Values};
+use crate::plot::{Curve, Drawing, Panel, Point, Style, Values, prefixed};
 
 /// What all boxes of a scene cost.
 #[derive(Clone, Debug)]
@@ -77,17 +77,4 @@ pub fn costs_drawing(costs: &[Cost], command: &str) -> String {
         ],
     };
     drawing.svg()
-}
-
-/// A number of units with the prefix that suits it, each a thousand times the one before.
-fn prefixed(number: f64, units: [&str; 3], first: f64) -> String {
-    let [small, middle, large] = units;
-    let scaled = number / first;
-    if scaled < 999.5 {
-        format!("{scaled:.0} {small}")
-    } else if scaled < 999.5e3 {
-        format!("{:.0} {middle}", scaled / 1e3)
-    } else {
-        format!("{:.0} {large}", scaled / 1e6)
-    }
 }

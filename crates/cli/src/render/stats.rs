@@ -6,6 +6,7 @@ use csg_graph_trace::{Counters, Integrator, Settings};
 use serde::Serialize;
 
 use crate::args::{EngineArg, MethodArg};
+use crate::process::Taken;
 use crate::stage::Stage;
 
 /// Counts and times of a picture. The counts are the same on every machine and for any number of threads.
@@ -39,6 +40,9 @@ pub(super) struct Stats {
     setup_seconds: f64,
     /// Of this run, if it goes on from another one.
     tracing_seconds: f64,
+    /// Of the process, until the files are written.
+    #[serde(flatten)]
+    process: Taken,
 }
 
 /// What only the reference walk has.
@@ -89,6 +93,7 @@ impl Stats {
             bounding_seconds: prepared.bounding_time.as_secs_f64(),
             setup_seconds: prepared.setup_time.as_secs_f64(),
             tracing_seconds: tracing_time.as_secs_f64(),
+            process: Taken::now(),
         }
     }
 

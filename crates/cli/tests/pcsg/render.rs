@@ -97,6 +97,25 @@ fn engines_make_the_same_picture_and_say_what_they_took() {
 }
 
 #[test]
+fn statistics_tell_what_the_process_took() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("ball.pcsg"), "{} sphere").unwrap();
+    let stats = |size: &str| {
+        let args = ["render", "ball.pcsg", "--size", size, "--samples", "1", "--stats", "a.json"];
+        let (code, _, err, _) = run_in(folder.path(), &args);
+        assert_eq!((code, err.as_str()), (0, ""));
+        json(&folder.path().join("a.json"))
+    };
+    let [small, large] = ["8x8", "512x512"].map(stats);
+    assert!(small["cpu_seconds"].as_f64().unwrap() > 0.0);
+    let peak = |stats: &Value| stats["peak_memory"].as_u64();
+    assert_eq!(peak(&small).is_some(), cfg!(target_os = "linux"));
+    // Sums in double precision, of three channels.
+    let own_size = (512 * 512 - 8 * 8) * 3 * 8;
+    assert!(peak(&large) >= peak(&small).map(|small| small + own_size / 2), "{small} {large}");
+}
+
+#[test]
 fn light_is_computed_as_the_scene_or_the_command_line_says() {
     let folder = tempfile::tempdir().unwrap();
     let scene = "{} material(emission = 0.25, diffuse = 1) color(0.5, 1, 0) (cube \\ uscale(0.9) sphere)
