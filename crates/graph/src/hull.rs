@@ -85,6 +85,11 @@ impl Hull {
         &self.points
     }
 
+    /// The memory that it takes, in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(self) + size_of_val(&*self.points) + size_of_val(&*self.faces)
+    }
+
     /// The faces, one a plane.
     pub fn faces(&self) -> &[Face] {
         &self.faces

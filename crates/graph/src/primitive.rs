@@ -54,6 +54,12 @@ vocabulary! {
 }
 
 impl Primitive {
+    /// The memory that it takes, in bytes, with the points and faces of a hull.
+    pub fn bytes(&self) -> usize {
+        let hull = if let Self::Hull(hull) = self { hull.bytes() } else { 0 };
+        size_of_val(self) + hull
+    }
+
     /// Numbers that are equal for equal primitives and for no others.
     pub(crate) fn words(&self) -> Vec<f64> {
         match self {

@@ -33,7 +33,7 @@ const LENGTH: usize = 8;
 /// Of what part of the memory blocks are held by threads, and not only remembered.
 const HELD: usize = 8;
 
-/// And what part is left to the allocator: between blocks that came and went, half as much as they take is lost.
+/// And what part is left to the allocator, for what is lost between blocks that came and went, and to the rest of the program.
 const LOST: usize = 4;
 
 /// What there is of a graph.

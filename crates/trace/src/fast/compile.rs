@@ -160,7 +160,7 @@ impl Compiled {
         size_of_val(&**supers)
             + size_of_val(&**nodes)
             + size_of_val(&**items)
-            + size_of_val(&**shapes)
+            + shapes.iter().map(Primitive::bytes).sum::<usize>()
             + size_of_val(&**solids)
             + size_of_val(&**parts)
             + looks.bytes()
@@ -168,11 +168,16 @@ impl Compiled {
 
     /// All the memory that it takes, more or less.
     pub(super) fn all_bytes(&self) -> usize {
+        // What an allocator adds to each piece of memory, and how many pieces there are but for gates and hulls.
+        const HEADER: usize = 16;
+        const PIECES: usize = 10;
         let Self { gates, paints, symbols, .. } = self;
-        let gates = gates.iter().map(|gate| size_of_val(gate) + gate.state.bytes() + size_of::<Sample>());
+        let gate = |gate: &Gate| size_of_val(gate) + gate.state.bytes() + size_of::<Sample>() + 2 * HEADER;
+        let gates = gates.iter().map(gate);
         let heap = |paint: &Paint| if paint.spilled() { size_of_val(&**paint) } else { 0 };
         let paints = paints.iter().map(|paint| size_of_val(paint) + heap(paint));
         size_of::<Self>()
+            + PIECES * HEADER
             + self.bytes()
             + gates.sum::<usize>()
             + paints.sum::<usize>()
