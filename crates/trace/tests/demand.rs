@@ -7,9 +7,10 @@ mod agreement;
 use csg_graph::Graph;
 use csg_graph_bounds::{Aabb, Envelopes, Limits, exact, root_box};
 use csg_graph_trace::{
-    Accelerated, Camera, Engine, Footprint, Hit, Lens, Light, RenderError, Settings, StateBounds, Tracer,
-    World, brute, render, survey, zoom,
+    Accelerated, Camera, Engine, Footprint, Hit, Lens, Light, Ray, RenderError, Settings, StateBounds,
+    Tracer, World, brute, render, survey, zoom,
 };
+use glam::DVec3;
 
 use agreement::{CLEARANCE, agree};
 
@@ -256,4 +257,29 @@ fn what_is_wrong_far_below_is_an_error() {
     let bounds = Aabb::new([-2.0, -2.0, 0.0].into(), [2.0, 2.0, 4.0].into());
     let error = picture(&enveloped(&graph, 1 << 20), &bounds, 1).unwrap_err();
     assert!(matches!(error, RenderError::Eval(_)), "{error}");
+}
+
+/// Two crowns that are the same state, each of too many balls for one block.
+#[test]
+fn what_is_seen_of_two_that_are_alike_is_no_matter_of_which_was_seen_first() {
+    let balls: Vec<String> =
+        (0..20).map(|n| format!("move(0, 0, {n} / 20) color({n} / 20, 0, 0) sphere")).collect();
+    let graph = graph(&format!(
+        "{{ n = 1; }} PAIR
+         PAIR -> move(-9, 0, 0) CROWN | move(9, 0, 0) CROWN
+         CROWN -> {}",
+        balls.join(" | ")
+    ));
+    let rays = [-9.0, 9.0].map(|x| Ray { origin: DVec3::new(x, -50.0, 0.5), direction: DVec3::Y });
+    let seen = |order: [usize; 2]| {
+        let scene = enveloped(&graph, 1 << 20).with_detail(1.0);
+        let mut tracer = scene.tracer();
+        tracer.set_footprint(Footprint { width: 10.0, spread: 0.0 });
+        let mut nodes = [None; 2];
+        order.into_iter().for_each(|at| nodes[at] = tracer.nearest(&rays[at]).map(|hit| hit.node));
+        nodes
+    };
+    let found = seen([0, 1]);
+    assert!(found.iter().all(Option::is_some));
+    assert_eq!(found, seen([1, 0]));
 }

@@ -207,6 +207,8 @@ impl<'a> Held<'a> {
         let (sample, gate) = Sample::of_item(block, item as usize, &mut dice);
         let (Some(gate), Blocks::OnDemand(source)) = (gate, self.source) else { return sample };
         let inner = gate.sample.get_or_init(|| {
+            // Several items may lead here, and it must not matter which of them is seen first.
+            let mut dice = Dice::at(block.parts[gate.first as usize].bounds.min);
             let drawn = Sample::of_state(&source.graph, &source.unions, &gate.state, &mut dice);
             drawn.map(Box::new).map_err(|fault| self.fault.set(Some(Box::new(fault)))).ok()
         });

@@ -78,6 +78,8 @@ pub(super) struct Solid {
 #[derive(Debug)]
 pub(super) struct Gate {
     pub(super) state: State,
+    /// The first of the items that lead there.
+    pub(super) first: u32,
     /// What is seen of it from afar, once somebody has seen it; none if there is something wrong with it.
     pub(super) sample: OnceLock<Option<Box<Sample>>>,
 }
@@ -208,7 +210,8 @@ impl Compiled {
                         (Some(number), _) => Content::Super(*number),
                         (_, Some(number)) => Content::Solid(*number),
                         (None, None) => Content::Gate(*gates.entry(place.target).or_insert_with(|| {
-                            compiled.gates.push(Gate { state: state.clone(), sample: OnceLock::new() });
+                            let (state, first) = (state.clone(), index(compiled.items.len()));
+                            compiled.gates.push(Gate { state, first, sample: OnceLock::new() });
                             index(compiled.gates.len() - 1)
                         })),
                     },
