@@ -186,11 +186,11 @@ impl Accelerated {
     /// memory again; the box of what is compiled on demand stops all rays.
     pub fn with_detail(self, pixels: f64) -> Self {
         let blocks = match self.blocks {
-            Blocks::Whole(whole) => {
+            Blocks::Whole(whole) if pixels > 0.0 => {
                 let whole = Arc::into_inner(whole).expect("there is no tracer yet");
                 Blocks::Whole(Arc::new(whole.with_parts()))
             }
-            on_demand => on_demand,
+            blocks => return Self { blocks, detail: pixels, ..self },
         };
         let scene = Self { blocks, detail: pixels, ..self };
         let Blocks::Whole(whole) = &scene.blocks else { return scene };
