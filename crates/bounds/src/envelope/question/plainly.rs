@@ -11,6 +11,7 @@ use csg_graph::{Expr, Function, Graph, Interval, Operator, PrimitiveKind, State,
 use glam::DVec3;
 
 use super::Question;
+use super::plan::{KEYS, Plan};
 use crate::envelope::Envelopes;
 use crate::envelope::assemble::{Make, assemble};
 use crate::envelope::body::Body;
@@ -197,4 +198,24 @@ fn what_is_too_much_is_known_in_general() {
     let expected = Aabb::new(DVec3::new(2.0, -1.0, -1.0), DVec3::new(4.0, 1.0, 1.0));
     assert!((found.min - expected.min).abs().max_element() < 1e-6, "{found:?}");
     assert!((found.max - expected.max).abs().max_element() < 1e-6, "{found:?}");
+}
+
+/// The same, where each is what it has in common with a ball.
+#[test]
+fn operands_of_intersections_are_counted() {
+    let mut c = Chance::new(1);
+    let h = c.b.param("h", 0.0);
+    let ball = c.b.primitive(PrimitiveKind::Sphere, []);
+    let mut tower = c.map(TransformKind::Move, [0.0.into(), 0.0.into(), h.into()], ball);
+    for _ in 0..2 * KEYS {
+        tower = c.b.operator(Operator::Intersection, tower, ball);
+    }
+    let drawn = c.rand(-1.0, 1.0);
+    let root = c.refer(tower, []);
+    let root = c.b.calculate([(h, drawn)], root);
+    let envelopes = Envelopes::new(c.b.finish(root).expect("a graph"), &Limits::default());
+    let state = envelopes.graph().root_state();
+    let mut plan = Plan::default();
+    plan.make(&envelopes.keys, envelopes.key(&state), envelopes.varying(&state));
+    assert!((KEYS / 2..=KEYS).contains(&plan.made().len()), "{}", plan.made().len());
 }

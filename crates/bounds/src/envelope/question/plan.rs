@@ -15,7 +15,7 @@ use crate::envelope::keys::{Keys, Look};
 use crate::envelope::transform::{Chain, MapRange};
 
 /// The most keys that a question visits, some ten nanoseconds each.
-const KEYS: usize = 4096;
+pub(super) const KEYS: usize = 4096;
 
 /// The most times that it goes round.
 const ROUNDS: u32 = 64;
@@ -176,6 +176,7 @@ impl Plan {
                     for operand in below {
                         let operand = Branch { key: *operand, ..branch };
                         if !self.outside(keys, round, key, operand) {
+                            self.keys += 1;
                             self.alone(keys, round, operand);
                         }
                     }
