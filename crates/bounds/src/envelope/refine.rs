@@ -4,13 +4,13 @@
 //! is looked at next, until that is a primitive. With chance no state comes twice, and nothing is learned for the next
 //! search but where to stop: after so many steps, the furthest that is left is the answer.
 
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use csg_graph::{EvalError, Operator, State, Step};
 use glam::{DAffine3, DVec3};
 
 use super::Envelopes;
+use crate::best_first::best_first;
 use crate::{Aabb, BoundsError, Shape};
 
 /// What may reach furthest.
@@ -130,22 +130,4 @@ impl Open {
     }
 }
 
-impl Ord for Open {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.upper.total_cmp(&other.upper)
-    }
-}
-
-impl PartialOrd for Open {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Open {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Open {}
+best_first!(Open: upper);
