@@ -63,14 +63,15 @@ impl Expr {
                 Op::Call(function, _) => Step::Call(function, count),
             };
             let known = |step: &Step| if let Step::Known(range) = step { Some(*range) } else { None };
-            let args: Option<Vec<Interval>> = steps[begin..].iter().map(known).collect();
+            // Of more steps than arguments, some are not known: no look at them, or long expressions took the square of it.
+            let few = count > 0 && steps.len() - begin == count;
+            let args = few.then(|| steps[begin..].iter().map(known).collect::<Option<Vec<_>>>()).flatten();
             match args {
-                // That none of them is made of several steps goes without saying.
-                Some(args) if count > 0 => {
+                Some(args) => {
                     steps.truncate(begin);
                     steps.push(Step::Known(step.range(&args, &[])));
                 }
-                _ => steps.push(step),
+                None => steps.push(step),
             }
             begins.truncate(first);
             begins.push(begin);
