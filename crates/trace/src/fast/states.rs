@@ -91,7 +91,7 @@ impl<'a> States<'a> {
         Ok(&self.states[number as usize].kind)
     }
 
-    /// Resolves a state, and before it operands of ∩ and \\ in the same rule, or all that is below it.
+    /// Resolves a state, and all that is below it if that is wanted.
     fn resolve_down_to(&mut self, number: u32, all: bool) -> Result<(), EvalError> {
         let mut open = vec![Visit::Before(number)];
         while let Some(visit) = open.pop() {
@@ -103,32 +103,24 @@ impl<'a> States<'a> {
                     continue;
                 }
             };
-            let start = open.len();
+            open.push(Visit::After(number));
+            let before = |part: &Place| Visit::Before(part.target);
             let kind = match self.graph.step(&self.states[number as usize].state)? {
-                Step::Operator(Operator::Union, operands) => {
-                    let parts = self.parts_of(operands)?;
-                    open.push(Visit::After(number));
+                Step::Operator(Operator::Union, [left, right]) => {
+                    let parts = self.parts_of(vec![(Place::at(0), right), (Place::at(0), left)])?;
                     if all {
-                        open.extend(parts.iter().rev().map(|part| Visit::Before(part.target)));
+                        open.extend(parts.iter().rev().map(before));
                     }
                     Kind::Union(parts)
                 }
-                Step::Operator(operator, [left, right]) => {
-                    let operands = [self.place(left)?, self.place(right)?];
-                    let unknown = |place: &&Place| matches!(self.get(place).kind, Kind::Unknown);
-                    let first = operands.iter().rev().filter(unknown).filter(|place| all || place.depth == 0);
-                    open.push(Visit::Before(number));
-                    open.extend(first.map(|place| Visit::Before(place.target)));
-                    if open.len() > start + 1 {
-                        continue;
+                Step::Operator(operator, operands) => {
+                    let [left, right] = self.operands_of(operator, operands)?;
+                    if all {
+                        open.extend(left.iter().chain(&right).rev().map(before));
                     }
-                    open[start] = Visit::After(number);
-                    self.operator(operator, operands)
+                    Kind::Solid(operator, [left, right])
                 }
-                Step::Primitive(primitive) => {
-                    open.push(Visit::After(number));
-                    Kind::Primitive(primitive)
-                }
+                Step::Primitive(primitive) => Kind::Primitive(primitive),
                 other => unreachable!("{other:?} was followed"),
             };
             self.states[number as usize].kind = kind;
@@ -136,17 +128,13 @@ impl<'a> States<'a> {
         Ok(())
     }
 
-    /// The parts of a union, those of unions in it that are in the same rule among them, from left to right.
-    fn parts_of(&mut self, operands: [State; 2]) -> Result<Vec<Place>, EvalError> {
-        let [left, right] = operands;
+    /// What is open, the last first, and instead of each union that is in the same rule its parts from left to right.
+    fn parts_of(&mut self, mut open: Vec<(Place, State)>) -> Result<Vec<Place>, EvalError> {
         let mut parts = Vec::new();
-        let mut open = vec![(Place::at(0), right), (Place::at(0), left)];
         while let Some((above, state)) = open.pop() {
             let (mut place, state) = self.follow(above, state)?;
-            if place.depth == 0 && self.is_union_at(&state) {
-                let Step::Operator(_, [left, right]) = self.graph.step(&state)? else {
-                    unreachable!("a union is an operator")
-                };
+            if place.depth == 0 && self.is_operator_at(&state, Operator::Union) {
+                let [left, right] = self.operands_at(&state)?;
                 open.extend([(place.clone(), right), (place, left)]);
             } else {
                 place.target = self.number(state);
@@ -156,24 +144,26 @@ impl<'a> States<'a> {
         Ok(parts)
     }
 
-    fn operator(&self, operator: Operator, [left, right]: [Place; 2]) -> Kind {
-        let (right, minuend) = (self.parts(right), left.depth == 0);
-        match (operator, &self.get(&left).kind) {
-            (Operator::Difference, Kind::Solid(Operator::Difference, [first, second])) if minuend => {
-                let then = |part| left.then(part);
-                let subtracted = second.iter().map(then).chain(right).collect();
-                Kind::Solid(operator, [first.iter().map(then).collect(), subtracted])
+    /// The parts of the operands of ∩ or \\; of successive subtractions in the same rule, of all that is subtracted.
+    fn operands_of(
+        &mut self,
+        operator: Operator,
+        [mut left, right]: [State; 2],
+    ) -> Result<[Vec<Place>; 2], EvalError> {
+        let mut above = Place::at(0);
+        // What is subtracted first comes last, where it is taken from.
+        let mut rights = vec![(above.clone(), right)];
+        while operator == Operator::Difference {
+            let (place, state) = self.follow(above.clone(), left.clone())?;
+            if place.depth > 0 || !self.is_operator_at(&state, operator) {
+                break;
             }
-            _ => Kind::Solid(operator, [self.parts(left), right]),
+            let right;
+            [left, right] = self.operands_at(&state)?;
+            rights.push((place.clone(), right));
+            above = place;
         }
-    }
-
-    /// The parts of an operand: if it is a union in the same rule, its parts.
-    fn parts(&self, operand: Place) -> Vec<Place> {
-        match &self.get(&operand).kind {
-            Kind::Union(parts) if operand.depth == 0 => parts.iter().map(|part| operand.then(part)).collect(),
-            _ => vec![operand],
-        }
+        Ok([self.parts_of(vec![(above, left)])?, self.parts_of(rights)?])
     }
 
     /// The place that a state leads to: the next operator or primitive.
@@ -249,12 +239,19 @@ impl<'a> States<'a> {
 
     /// Whether a place is a union, resolved or not.
     pub(crate) fn is_union(&self, place: &Place) -> bool {
-        self.is_union_at(&self.get(place).state)
+        self.is_operator_at(&self.get(place).state, Operator::Union)
     }
 
-    fn is_union_at(&self, state: &State) -> bool {
-        let node = self.graph.node(state.node());
-        matches!(node, Node::Operator(node) if node.operator == Operator::Union)
+    fn is_operator_at(&self, state: &State, operator: Operator) -> bool {
+        matches!(self.graph.node(state.node()), Node::Operator(node) if node.operator == operator)
+    }
+
+    /// The operands of the operator at a state.
+    fn operands_at(&self, state: &State) -> Result<[State; 2], EvalError> {
+        match self.graph.step(state)? {
+            Step::Operator(_, operands) => Ok(operands),
+            other => unreachable!("{other:?} is no operator"),
+        }
     }
 
     /// Whether a place is a primitive, resolved or not.
