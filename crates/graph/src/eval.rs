@@ -159,8 +159,8 @@ impl Graph {
     /// The state of `node` under `env`: dead parameters are blanked.
     pub fn state(&self, node: NodeId, mut env: Env) -> State {
         for param in self.liveness.dead(node) {
-            if env.get(*param).is_some() {
-                env.blank(*param);
+            if env.get(param).is_some() {
+                env.blank(param);
             }
         }
         State { node, env }

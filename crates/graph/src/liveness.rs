@@ -11,9 +11,8 @@ use crate::{Node, NodeId, ParamId};
 pub(crate) struct Liveness {
     words: usize,
     rows: Vec<u64>,
+    /// One more row: the parameters that some C-node assigns.
     assigned: Vec<u64>,
-    /// For each node, the parameters that some C-node assigns and that are dead at this one.
-    dead: Vec<Box<[ParamId]>>,
 }
 
 impl Liveness {
@@ -25,14 +24,10 @@ impl Liveness {
                 calculation.assignments.iter().for_each(|(param, _)| insert(&mut assigned, *param));
             }
         }
-        let mut liveness = Self { words, rows: vec![0; words * nodes.len()], assigned, dead: Vec::new() };
+        let mut liveness = Self { words, rows: vec![0; words * nodes.len()], assigned };
         if words > 0 {
             liveness.iterate(nodes);
         }
-        let assigned: Vec<ParamId> =
-            (0..params).map(ParamId::from_index).filter(|param| liveness.is_assigned(*param)).collect();
-        let dead = |node| assigned.iter().copied().filter(|param| !liveness.is_live(node, *param)).collect();
-        liveness.dead = (0..nodes.len()).map(NodeId::from_index).map(dead).collect();
         liveness
     }
 
@@ -40,9 +35,15 @@ impl Liveness {
         self.row(node.index())[param.index() / 64] >> (param.index() % 64) & 1 != 0
     }
 
-    /// The parameters that no state of the node has a value for.
-    pub(crate) fn dead(&self, node: NodeId) -> &[ParamId] {
-        &self.dead[node.index()]
+    /// The parameters that some C-node assigns and that no state of the node has a value for.
+    pub(crate) fn dead(&self, node: NodeId) -> impl Iterator<Item = ParamId> {
+        let words = self.assigned.iter().zip(self.row(node.index())).map(|(assigned, live)| assigned & !live);
+        words.enumerate().flat_map(|(word, dead)| {
+            // Each time without the lowest bit.
+            let left = std::iter::successors(Some(dead), |left| Some(left & left.wrapping_sub(1)));
+            let bits = left.take_while(|left| *left != 0).map(|left| left.trailing_zeros() as usize);
+            bits.map(move |bit| ParamId::from_index(64 * word + bit))
+        })
     }
 
     /// Whether some C-node assigns the parameter.

@@ -323,3 +323,29 @@ pub(super) fn inverse(parent_from_child: &Transform) -> DAffine3 {
 fn index(index: usize) -> u32 {
     u32::try_from(index).expect("2³² states outgrow memory")
 }
+
+#[cfg(test)]
+mod tests {
+    use csg_graph_bounds::{Limits, exact};
+
+    use super::*;
+
+    #[test]
+    fn what_is_subtracted_is_listed_once() {
+        const HOLES: usize = 300;
+        let holes: String = (0..HOLES).map(|x| format!(" \\ move({x}, 0, 0) sphere")).collect();
+        let source = format!("{{ n = 1; }} PLATE PLATE -> cube{holes} \\ (cylinder | cone)");
+        let graph = csg_graph_grammar::load(&source, &[]).expect("a scene").scene.graph;
+        let boxes = exact(&graph, &Limits::default()).expect("boxes");
+        let (states, root) = States::all(&graph, Bounds::Exact(&boxes)).expect("states");
+        let Kind::Solid(Operator::Difference, [from, subtracted]) = &states.get(&root).kind else {
+            panic!("a subtraction")
+        };
+        assert_eq!((from.len(), subtracted.len()), (1, HOLES + 2));
+        // In the order of the file.
+        let at: Vec<f64> = subtracted.iter().map(|hole| hole.above_from_target.translation.x).collect();
+        assert!(at[..HOLES].is_sorted() && at[HOLES - 1] > 0.0);
+        let solids = states.states.iter().filter(|state| matches!(state.kind, Kind::Solid(..)));
+        assert_eq!(solids.count(), 1);
+    }
+}
