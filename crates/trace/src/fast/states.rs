@@ -153,9 +153,10 @@ impl<'a> States<'a> {
         let mut above = Place::at(0);
         // What is subtracted first comes last, where it is taken from.
         let mut rights = vec![(above.clone(), right)];
-        while operator == Operator::Difference {
+        loop {
             let (place, state) = self.follow(above.clone(), left.clone())?;
-            if place.depth > 0 || !self.is_operator_at(&state, operator) {
+            let goes_on = operator == Operator::Difference && place.depth == 0;
+            if !(goes_on && self.is_operator_at(&state, operator)) {
                 break;
             }
             let right;
