@@ -8,19 +8,22 @@
 //! Points of neighbouring rays fall apart into ever smaller boxes. One that is left in a box goes down
 //! [by itself](super::solid) from there. Rays that come to operators in B are left to the other way as a whole.
 
-use csg_graph::Operator;
-use fearless_simd::{Select, Simd, SimdBase, SimdMask, SimdNarrow, f32x8, f32x16, f64x8, mask32x16};
-use glam::DVec3;
+mod front;
+mod level;
 
+use csg_graph::Operator;
+use fearless_simd::{Simd, SimdBase};
+
+use self::front::Front;
+use self::level::{Level, inside, push};
 use super::blocks::Held;
-use super::compile::{Compiled, Content, Item, Solid, SuperNode};
-use super::frame::{DRIFT, Floats, float_bits, load};
-use super::hits::{Hits, Place, ROOT, START};
-use super::lanes::{HALF, LANES, Lanes, Mask, Rays, Vec3x8};
+use super::compile::{Compiled, Content, Solid, SuperNode};
+use super::hits::{Hits, Place};
+use super::lanes::{HALF, LANES, Lanes, Mask, Rays};
 use super::packet::each;
 use super::shapes::{self, bits};
-use super::solid::{Part, Solids};
-use super::tree::{Child, Node, WIDTH};
+use super::solid::Solids;
+use super::tree::Child;
 use crate::Ray;
 
 /// With fewer points than this, each goes down by itself.
@@ -46,122 +49,12 @@ pub(super) struct Firsts {
     pub(super) alone: Mask,
 }
 
-/// Where the rays are.
-#[derive(Debug)]
-struct Front {
-    t: Lanes,
-    /// Where A ends, or the ray.
-    ends: Lanes,
-    /// The faces that they have come to t by.
-    faces: [Place; LANES],
-    /// Those that have moved since they started from the top.
-    moved: Mask,
-    /// Those that may have several faces at t.
-    tied: Mask,
-    /// Those that have come to their t by themselves, and that no part holds there.
-    finished: Mask,
-    /// Those that have to be asked alone.
-    alone: Mask,
-    /// Counts all changes of t.
-    changes: u32,
-}
-
 /// What is left to do for the points of some rays.
 #[derive(Clone, Copy, Debug)]
 struct Open {
     child: Child,
     level: u32,
     lanes: Mask,
-}
-
-/// Rays in a super-node.
-#[derive(Clone, Debug)]
-struct Level {
-    /// What it was entered by, unless it is B.
-    entered: Option<(u32, u32)>,
-    rays: Rays,
-    ball: SuperNode,
-    block: u32,
-    way: u32,
-    /// The rays whose points may be in it.
-    lanes: Mask,
-    /// How far off points may be, in units of the super-node's radius.
-    drift: Floats,
-    /// The points in the unit ball, less the drift and more.
-    points: [[Floats; 3]; 2],
-    /// A box around them.
-    bounds: [[f32; 3]; 2],
-    /// How often t had changed when they were computed.
-    changes: u32,
-}
-
-impl Default for Front {
-    fn default() -> Self {
-        let (t, faces) = (Lanes::ZERO, [Place::NONE; LANES]);
-        Self { t, ends: t, faces, moved: 0, tied: 0, finished: 0, alone: 0, changes: 0 }
-    }
-}
-
-impl Front {
-    /// Begins where rays enter A, or where they start if they are in A, if that is before their ends. Says for which it is.
-    #[inline(always)]
-    fn begin<S: Simd>(&mut self, simd: S, [enters, exits]: &[Lanes; 2], ends: &Lanes, face: Place) -> Mask {
-        *self = Self { faces: [face; LANES], ..Self::default() };
-        let mut met = 0;
-        let zero = f64x8::splat(simd, 0.0);
-        for half in 0..2 {
-            let (enter, exit, end) = (enters.half(simd, half), exits.half(simd, half), ends.half(simd, half));
-            let t = enter.simd_gt(zero).select(enter, zero);
-            self.t.set_half(half, t);
-            self.ends.set_half(half, exit.simd_lt(end).select(exit, end));
-            self.tied |= bits(enter.simd_eq(zero)) << (half * HALF);
-            met |= bits(t.simd_lt(exit) & t.simd_le(end)) << (half * HALF);
-        }
-        met
-    }
-
-    /// The rays that have not come to where A ends, and not beyond their own ends.
-    #[inline(always)]
-    fn going<S: Simd>(&self, simd: S, exits: &Lanes) -> Mask {
-        let mut going = 0;
-        for half in 0..2 {
-            let t = self.t.half(simd, half);
-            let is_before = t.simd_lt(exits.half(simd, half)) & t.simd_le(self.ends.half(simd, half));
-            going |= bits(is_before) << (half * HALF);
-        }
-        going
-    }
-
-    /// The rays that have not left their origins.
-    #[inline(always)]
-    fn at_origin<S: Simd>(&self, simd: S) -> Mask {
-        let zero = f64x8::splat(simd, 0.0);
-        bits(self.t.half(simd, 0).simd_le(zero)) | bits(self.t.half(simd, 1).simd_le(zero)) << HALF
-    }
-
-    /// Takes the span of a part on one ray: the first t that is in it, and the first that is not.
-    #[inline(always)]
-    #[expect(clippy::float_cmp, reason = "faces that differ by an ulp do not coincide")]
-    fn take(&mut self, hits: &Hits, lane: usize, [enter, exit]: [f64; 2], place: Place) {
-        let t = self.t.0[lane];
-        // The face that the ray has come to t by is not another one.
-        if enter < exit && (enter == t || exit == t) && !hits.is_same(self.faces[lane], place) {
-            self.tied |= 1 << lane;
-        }
-        if enter <= t && t < exit {
-            self.move_on(lane, exit, Place { turned: true, ..place });
-        }
-    }
-
-    #[inline(always)]
-    fn move_on(&mut self, lane: usize, t: f64, face: Place) {
-        self.t.0[lane] = t;
-        self.faces[lane] = face;
-        // Other faces at the last t are behind.
-        self.tied &= !(1 << lane);
-        self.moved |= 1 << lane;
-        self.changes += 1;
-    }
 }
 
 impl Cuts {
@@ -387,117 +280,4 @@ impl Cuts {
         }
         front.tied |= u32::from(solids.tied) << lane;
     }
-}
-
-impl Level {
-    const EMPTY: Self = Self {
-        entered: None,
-        rays: Rays::ZERO,
-        ball: SuperNode { center: DVec3::ZERO, radius: 1.0, to_unit: 1.0, reach: 1.0, root: None },
-        block: ROOT,
-        way: START,
-        lanes: 0,
-        drift: Floats::ZERO,
-        points: [[Floats::ZERO; 3]; 2],
-        bounds: [[0.0; 3]; 2],
-        changes: u32::MAX,
-    };
-
-    /// A child of the super-node, and a ray there.
-    #[inline(always)]
-    fn part(&self, lane: usize, child: Child) -> (Ray, Part<'_>) {
-        (self.rays.get(lane), Part { ball: &self.ball, child, block: self.block, way: self.way })
-    }
-
-    /// Makes it that of a super-node for rays that are in its frame already.
-    #[inline(always)]
-    fn set<S: Simd>(
-        &mut self,
-        simd: S,
-        entered: Option<(u32, u32)>,
-        ball: &SuperNode,
-        (block, way): (u32, u32),
-        lanes: Mask,
-    ) {
-        let mut drifts = [f64x8::splat(simd, 0.0); 2];
-        for (half, drift) in drifts.iter_mut().enumerate() {
-            let from_center = self.rays.half(simd, half)[0].offset(-ball.center);
-            let sum = from_center.x.abs() + from_center.y.abs() + from_center.z.abs();
-            *drift = sum * (DRIFT * ball.to_unit);
-        }
-        self.drift = Floats::from_vector(drifts[0].narrow(drifts[1]));
-        self.ball.clone_from(ball);
-        (self.entered, self.block, self.way) = (entered, block, way);
-        (self.lanes, self.changes) = (lanes, u32::MAX);
-    }
-
-    /// Computes where the points are.
-    #[inline(always)]
-    #[expect(
-        clippy::needless_range_loop,
-        reason = "iterators would be compiled without the vector instructions"
-    )]
-    fn set_points<S: Simd>(&mut self, simd: S, front: &Front) {
-        let mut points = [[f64x8::splat(simd, 0.0); 2]; 3];
-        for half in 0..2 {
-            let [origin, direction] = self.rays.half(simd, half);
-            let from_center = origin.at(direction, front.t.half(simd, half)).offset(-self.ball.center);
-            points[0][half] = from_center.x * self.ball.to_unit;
-            points[1][half] = from_center.y * self.ball.to_unit;
-            points[2][half] = from_center.z * self.ball.to_unit;
-        }
-        let is_in = mask32x16::from_bitmask(simd, u64::from(self.lanes));
-        let [least, most] = [f32::MIN, f32::MAX].map(|limit| f32x16::splat(simd, limit));
-        let drift = self.drift.load(simd);
-        for axis in 0..3 {
-            let point = points[axis][0].narrow(points[axis][1]);
-            let (low, high) = (point - drift, point + drift);
-            self.points[0][axis] = Floats::from_vector(low);
-            self.points[1][axis] = Floats::from_vector(high);
-            self.bounds[0][axis] = is_in.select(low, most).reduce_min();
-            self.bounds[1][axis] = is_in.select(high, least).reduce_max();
-        }
-        self.changes = front.changes;
-    }
-}
-
-/// Half of the rays in the frame of an item of their super-node.
-#[inline(always)]
-fn inside<S: Simd>(simd: S, rays: &Rays, item: &Item, half: usize) -> [Vec3x8<S>; 2] {
-    let [origin, direction] = rays.half(simd, half);
-    let map = &item.item_from_super;
-    [origin.transform_point(map), direction.transform_vector(map)]
-}
-
-/// Puts the children of a node that hold points of the set on the stack, the largest last.
-#[inline(always)]
-fn push<S: Simd>(simd: S, stack: &mut Vec<Open>, node: &Node, here: &Level, level: u32, lanes: Mask) {
-    let [low, high] = [load(simd, &here.points[0]), load(simd, &here.points[1])];
-    let mut candidates = overlapping(simd, node, &here.bounds);
-    while candidates != 0 {
-        let slot = candidates.trailing_zeros() as usize % WIDTH;
-        candidates &= candidates - 1;
-        let mut held = lanes;
-        for axis in 0..3 {
-            let is_above = high[axis].simd_ge(f32x16::splat(simd, node.planes[axis][slot]));
-            let is_below = low[axis].simd_le(f32x16::splat(simd, node.planes[axis + 3][slot]));
-            held &= float_bits(is_above & is_below);
-        }
-        if held != 0 {
-            stack.push(Open { child: node.children[slot], level, lanes: held });
-        }
-    }
-}
-
-/// The children of a node whose boxes overlap a box.
-#[inline(always)]
-#[expect(clippy::cast_possible_truncation, reason = "eight bits")]
-fn overlapping<S: Simd>(simd: S, node: &Node, [low, high]: &[[f32; 3]; 2]) -> u32 {
-    let mut overlap = (1 << node.count) - 1;
-    for axis in 0..3 {
-        let begins = f32x8::from_slice(simd, &node.planes[axis]).simd_le(f32x8::splat(simd, high[axis]));
-        let ends = f32x8::from_slice(simd, &node.planes[axis + 3]).simd_ge(f32x8::splat(simd, low[axis]));
-        overlap &= (begins & ends).to_bitmask() as u32;
-    }
-    overlap
 }
