@@ -29,19 +29,24 @@ pub(super) struct Lists {
     pub(super) solids: Vec<Solid>,
     /// How many places there are together.
     total: usize,
+    /// How many the lists that wait will have at least.
+    due: usize,
     waiting: VecDeque<(Aabb, Vec<Place>)>,
 }
 
 impl Lists {
-    fn new(root: &Place) -> Self {
-        Self {
+    fn new(states: &States<'_>, root: &Place) -> Self {
+        let mut all = Self {
             lists: Vec::new(),
             supers: FxHashMap::default(),
             numbers: FxHashMap::default(),
             solids: Vec::new(),
             total: 0,
-            waiting: VecDeque::from([(Aabb::ALL, vec![root.clone()])]),
-        }
+            due: 0,
+            waiting: VecDeque::new(),
+        };
+        all.wait(states, Aabb::ALL, vec![root.clone()]);
+        all
     }
 
     /// Opens all states that the root leads to into lists of that length, or gives up if they have more entries
@@ -53,18 +58,15 @@ impl Lists {
         length: usize,
         affordable: usize,
     ) -> Result<Option<Self>, EvalError> {
-        let mut all = Self::new(root);
-        while let Some((clip, start)) = all.waiting.pop_front() {
+        let mut all = Self::new(states, root);
+        while let Some((clip, start)) = all.go_on(states) {
             let list = open(states, unions, start, length)?;
             all.total += list.len();
-            if all.total > affordable && length > SHORTEST {
-                return Ok(None);
-            }
             for place in &list {
                 match states.get(place).kind {
                     Kind::Union(_) if !all.supers.contains_key(&place.target) => {
                         all.supers.insert(place.target, all.next());
-                        all.waiting.push_back((Aabb::ALL, vec![Place::at(place.target)]));
+                        all.wait(states, Aabb::ALL, vec![Place::at(place.target)]);
                     }
                     Kind::Solid(..) if !all.numbers.contains_key(&place.target) => {
                         all.add_solid(states, place.target)?;
@@ -73,6 +75,9 @@ impl Lists {
                 }
             }
             all.lists.push((clip, list));
+            if all.total + all.due > affordable && length > SHORTEST {
+                return Ok(None);
+            }
         }
         Ok(Some(all))
     }
@@ -85,8 +90,8 @@ impl Lists {
         root: &Place,
         length: usize,
     ) -> Result<Self, EvalError> {
-        let mut all = Self::new(root);
-        while let Some((clip, start)) = all.waiting.pop_front() {
+        let mut all = Self::new(states, root);
+        while let Some((clip, start)) = all.go_on(states) {
             let list = open(states, unions, start, if all.lists.is_empty() { length } else { length / 4 })?;
             all.total += list.len();
             for place in &list {
@@ -105,6 +110,19 @@ impl Lists {
         Ok(all)
     }
 
+    /// Has places opened later.
+    fn wait(&mut self, states: &States<'_>, clip: Aabb, start: Vec<Place>) {
+        self.due += least(states, &start);
+        self.waiting.push_back((clip, start));
+    }
+
+    /// The places that have waited longest.
+    fn go_on(&mut self, states: &States<'_>) -> Option<(Aabb, Vec<Place>)> {
+        let (clip, start) = self.waiting.pop_front()?;
+        self.due -= least(states, &start);
+        Some((clip, start))
+    }
+
     /// The number of the next list that waits. The one in the making is not among the lists yet.
     fn next(&self) -> u32 {
         index(self.lists.len() + 1 + self.waiting.len())
@@ -118,8 +136,16 @@ impl Lists {
         let first = self.next();
         self.solids.push(Solid { operator: *operator, operands: [first, first + 1] });
         let bounds = states.aabb(target)?;
-        self.waiting.extend(operands.iter().map(|parts| (bounds, parts.clone())));
+        operands.iter().for_each(|parts| self.wait(states, bounds, parts.clone()));
         Ok(())
+    }
+}
+
+/// How many places there are at least when these are opened. One union alone is, and has two parts or more.
+fn least(states: &States<'_>, start: &[Place]) -> usize {
+    match start {
+        [place] if states.is_union(place) => 2,
+        _ => start.len(),
     }
 }
 
