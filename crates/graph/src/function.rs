@@ -48,7 +48,7 @@ impl Function {
         if self.signature().ends_with("…)") { listed - 1..=usize::MAX } else { listed..=listed }
     }
 
-    /// Whether it draws from a seed: `rand`, `normal` and `pick`. [`Expr::draw`] makes such calls.
+    /// Whether it draws from a seed: `rand`, `normal` and `pick`. [`Expr::draw`](crate::Expr::draw) makes such calls.
     pub fn is_random(self) -> bool {
         matches!(self, Self::Rand | Self::Normal | Self::Pick)
     }
