@@ -66,6 +66,32 @@ proptest! {
     }
 }
 
+#[test]
+fn definitions_that_are_used_twice_are_not_written_out_for_ever() {
+    // A row of balls, twice as long with each definition: 2⁴⁰ of them in one rule.
+    let mut builder = GraphBuilder::new();
+    let mut row = builder.primitive(PrimitiveKind::Sphere, []);
+    for level in 0..40 {
+        let offset = 4.0 * 2_f64.powi(level);
+        let other = builder.transform(TransformKind::Move, [offset, 0.0, 0.0].map(Expr::from), row);
+        row = builder.union([row, other]);
+    }
+    let graph = builder.finish(row).unwrap();
+    let boxes = exact(&graph, &Limits::default()).unwrap();
+    let whole = Accelerated::new(&graph, &boxes, 4096).unwrap();
+    let bounds = StateBounds::Exact(Box::new(exact(&graph, &Limits::default()).unwrap()));
+    let on_demand = Accelerated::on_demand(graph.clone(), bounds, 1 << 20).unwrap();
+    for number in [0.0, 1.0, 999.0, 1e9] {
+        let ray = Ray { origin: DVec3::new(4.0 * number, 0.0, 9.0), direction: DVec3::NEG_Z };
+        for engine in [&whole, &on_demand] {
+            let hit = engine.tracer().nearest(&ray).unwrap();
+            assert!((hit.t - 8.0).abs() < 1e-6, "ball {number}: {hit:?}");
+        }
+        let between = Ray { origin: ray.origin + DVec3::X * 2.0, ..ray };
+        assert!(whole.tracer().nearest(&between).is_none());
+    }
+}
+
 /// Cubes in a lattice, whose faces coincide exactly, and operators over them.
 #[derive(Clone, Debug)]
 enum Lattice {

@@ -117,13 +117,13 @@ pub(super) const BYTES: usize = size_of::<Item>() + size_of::<Node>() / 5;
 impl Compiled {
     /// Compiles a whole graph within a budget of bytes, as far as the number of states allows.
     pub(super) fn whole(graph: &Graph, bounds: Bounds<'_>, budget: usize) -> Result<Self, EvalError> {
-        let (mut states, root) = States::all(graph, bounds)?;
         let unions = Unions::new(graph);
+        let (mut states, root) = States::all(graph, &unions, bounds)?;
         let affordable = budget / BYTES;
         let mut length = affordable.max(SHORTEST);
         loop {
             // A try is given up as soon as it does not fit, so that all of them cost about as much as the last.
-            if let Some(lists) = Lists::whole(&mut states, &unions, &root, length, affordable)? {
+            if let Some(lists) = Lists::whole(&mut states, &root, length, affordable)? {
                 return Self::close(lists, &states);
             }
             length = (length / 2).max(SHORTEST);
@@ -138,9 +138,9 @@ impl Compiled {
         state: State,
         length: usize,
     ) -> Result<Self, EvalError> {
-        let mut states = States::new(graph, bounds);
+        let mut states = States::new(graph, unions, bounds);
         let root = states.place(state)?;
-        Self::close(Lists::block(&mut states, unions, &root, length)?, &states)
+        Self::close(Lists::block(&mut states, &root, length)?, &states)
     }
 
     /// Opens all boxes.

@@ -13,7 +13,6 @@ use rustc_hash::FxHashMap;
 
 use super::compile::{Solid, index};
 use super::states::{Kind, Place, States};
-use super::unions::Unions;
 
 /// The least number of items that a list is opened to.
 pub(super) const SHORTEST: usize = 8;
@@ -53,14 +52,13 @@ impl Lists {
     /// together than are affordable and could have fewer.
     pub(super) fn whole(
         states: &mut States<'_>,
-        unions: &Unions,
         root: &Place,
         length: usize,
         affordable: usize,
     ) -> Result<Option<Self>, EvalError> {
         let mut all = Self::new(states, root);
         while let Some((clip, start)) = all.go_on(states) {
-            let list = open(states, unions, start, length)?;
+            let list = open(states, start, length)?;
             all.total += list.len();
             for place in &list {
                 match states.get(place).kind {
@@ -84,15 +82,10 @@ impl Lists {
 
     /// Opens one state into a list of that length. The solids in it get lists for their operands while there are not more
     /// than twice as many places together; if the state is one itself, in any case.
-    pub(super) fn block(
-        states: &mut States<'_>,
-        unions: &Unions,
-        root: &Place,
-        length: usize,
-    ) -> Result<Self, EvalError> {
+    pub(super) fn block(states: &mut States<'_>, root: &Place, length: usize) -> Result<Self, EvalError> {
         let mut all = Self::new(states, root);
         while let Some((clip, start)) = all.go_on(states) {
-            let list = open(states, unions, start, if all.lists.is_empty() { length } else { length / 4 })?;
+            let list = open(states, start, if all.lists.is_empty() { length } else { length / 4 })?;
             all.total += list.len();
             for place in &list {
                 if states.is_primitive(place) {
@@ -150,20 +143,14 @@ fn least(states: &States<'_>, start: &[Place]) -> usize {
 }
 
 /// Opens the first union, and then others, into a list of at most `length` places, in the order of the graph.
-fn open(
-    states: &mut States<'_>,
-    unions: &Unions,
-    start: Vec<Place>,
-    length: usize,
-) -> Result<Vec<Place>, EvalError> {
+fn open(states: &mut States<'_>, start: Vec<Place>, length: usize) -> Result<Vec<Place>, EvalError> {
     // Each with the next one in the order of the graph.
     let count = start.len();
     let mut places: Vec<(Place, Option<usize>)> =
         start.into_iter().zip((1..count).map(Some).chain([None])).collect();
     let mut open = BinaryHeap::new();
-    let parts_of = |states: &States<'_>, place: &Place| unions.parts(states.get(place).state.node());
     let enqueue = |states: &States<'_>, open: &mut BinaryHeap<Largest>, place: &Place, at| {
-        if states.is_union(place) && parts_of(states, place) <= length as f64 {
+        if states.is_union(place) && states.part_count(place) <= length {
             let bounds = states.aabb(place.target)?.image(&place.above_from_target);
             open.push(Largest { area: bounds.surface_area(), place: at });
         }
@@ -181,7 +168,7 @@ fn open(
         && let Some(Largest { place: at, .. }) = open.pop()
     {
         let (place, next) = &places[at];
-        if places.len() > 1 && (places.len() - 1) as f64 + parts_of(states, place) > length as f64 {
+        if places.len() > 1 && places.len() - 1 + states.part_count(place) > length {
             continue;
         }
         let Kind::Union(parts) = states.resolve(place.target)? else {

@@ -31,7 +31,7 @@ mod single;
 mod solid;
 pub(crate) mod states;
 mod tree;
-mod unions;
+pub(crate) mod unions;
 
 use std::sync::Arc;
 

@@ -142,7 +142,7 @@ impl Sample {
                 Step::Operator(..) if operators == FAR => return Ok(sample),
                 Step::Operator(Operator::Union, operands) => {
                     operators += 1;
-                    let drawn = dice.draw(operands.iter().map(|operand| unions.parts(operand.node())));
+                    let drawn = dice.draw(operands.iter().map(|operand| unions.parts(operand.node()) as f64));
                     let [left, right] = operands;
                     if drawn == 0 { left } else { right }
                 }

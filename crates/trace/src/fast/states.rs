@@ -16,6 +16,7 @@ use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
 use super::bounds::{Bounds, Extent};
+use super::unions::Unions;
 
 /// The most S-nodes that may follow each other without an operator. Where all states are listed there are never as many.
 const LONGEST: u32 = 5_000_000;
@@ -23,6 +24,7 @@ const LONGEST: u32 = 5_000_000;
 /// States with their numbers, those that are not resolved yet among them.
 pub(crate) struct States<'a> {
     graph: &'a Graph,
+    unions: &'a Unions,
     bounds: Bounds<'a>,
     pub(crate) states: Vec<Resolved>,
     numbers: FxHashMap<State, u32>,
@@ -73,13 +75,18 @@ pub(crate) type Paint = SmallVec<[(AttributeTerm, f64); 3]>;
 
 impl<'a> States<'a> {
     /// No states yet.
-    pub(crate) fn new(graph: &'a Graph, bounds: Bounds<'a>) -> Self {
-        Self { graph, bounds, states: Vec::new(), numbers: FxHashMap::default(), order: Vec::new() }
+    pub(crate) fn new(graph: &'a Graph, unions: &'a Unions, bounds: Bounds<'a>) -> Self {
+        let (states, order) = (Vec::new(), Vec::new());
+        Self { graph, unions, bounds, states, numbers: FxHashMap::default(), order }
     }
 
     /// Resolves all states that the root leads to.
-    pub(crate) fn all(graph: &'a Graph, bounds: Bounds<'a>) -> Result<(Self, Place), EvalError> {
-        let mut all = Self::new(graph, bounds);
+    pub(crate) fn all(
+        graph: &'a Graph,
+        unions: &'a Unions,
+        bounds: Bounds<'a>,
+    ) -> Result<(Self, Place), EvalError> {
+        let mut all = Self::new(graph, unions, bounds);
         let root = all.place(graph.root_state())?;
         all.resolve_down_to(root.target, true)?;
         Ok((all, root))
@@ -128,12 +135,14 @@ impl<'a> States<'a> {
         Ok(())
     }
 
-    /// What is open, the last first, and instead of each union that is in the same rule its parts from left to right.
+    /// What is open, the last first, and instead of each union in the same rule that is written out its parts, from left to
+    /// right.
     fn parts_of(&mut self, mut open: Vec<(Place, State)>) -> Result<Vec<Place>, EvalError> {
         let mut parts = Vec::new();
         while let Some((above, state)) = open.pop() {
             let (mut place, state) = self.follow(above, state)?;
-            if place.depth == 0 && self.is_operator_at(&state, Operator::Union) {
+            let is_union = self.is_operator_at(&state, Operator::Union);
+            if place.depth == 0 && is_union && self.unions.is_written_out(state.node()) {
                 let [left, right] = self.operands_at(&state)?;
                 open.extend([(place.clone(), right), (place, left)]);
             } else {
@@ -243,6 +252,11 @@ impl<'a> States<'a> {
         self.is_operator_at(&self.get(place).state, Operator::Union)
     }
 
+    /// How many parts a place has as a union, resolved or not.
+    pub(crate) fn part_count(&self, place: &Place) -> usize {
+        self.unions.parts(self.get(place).state.node())
+    }
+
     fn is_operator_at(&self, state: &State, operator: Operator) -> bool {
         matches!(self.graph.node(state.node()), Node::Operator(node) if node.operator == operator)
     }
@@ -338,7 +352,8 @@ mod tests {
         let source = format!("{{ n = 1; }} PLATE PLATE -> cube{holes} \\ (cylinder | cone)");
         let graph = csg_graph_grammar::load(&source, &[]).expect("a scene").scene.graph;
         let boxes = exact(&graph, &Limits::default()).expect("boxes");
-        let (states, root) = States::all(&graph, Bounds::Exact(&boxes)).expect("states");
+        let unions = Unions::new(&graph);
+        let (states, root) = States::all(&graph, &unions, Bounds::Exact(&boxes)).expect("states");
         let Kind::Solid(Operator::Difference, [from, subtracted]) = &states.get(&root).kind else {
             panic!("a subtraction")
         };

@@ -17,6 +17,7 @@ use super::lattice::Lattice;
 use crate::Surface;
 use crate::fast::Bounds;
 use crate::fast::states::{Kind, Place, Resolved, States};
+use crate::fast::unions::Unions;
 
 /// A place where rays enter the graph.
 #[derive(Clone, Debug)]
@@ -77,7 +78,8 @@ impl Voxels {
         resolution: Option<u32>,
         budget: usize,
     ) -> Result<Self, EvalError> {
-        let (states, root) = States::all(graph, Bounds::Exact(boxes))?;
+        let unions = Unions::new(graph);
+        let (states, root) = States::all(graph, &unions, Bounds::Exact(boxes))?;
         let usual = resolution.map_or_else(|| usual_voxels(&states, &root), |_| usize::MAX);
         let most = usual.min(budget / (2 * VOXEL));
         let mut resolution = resolution.unwrap_or(FINEST).clamp(1, FINEST);
