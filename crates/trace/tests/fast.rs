@@ -72,7 +72,7 @@ fn definitions_that_are_used_twice_are_not_written_out_for_ever() {
     let mut builder = GraphBuilder::new();
     let mut row = builder.primitive(PrimitiveKind::Sphere, []);
     for level in 0..40 {
-        let offset = 4.0 * 2_f64.powi(level);
+        let offset = (4_u64 << level) as f64;
         let other = builder.transform(TransformKind::Move, [offset, 0.0, 0.0].map(Expr::from), row);
         row = builder.union([row, other]);
     }
