@@ -92,13 +92,8 @@ impl Solids {
             }
             match item.content {
                 Content::Super(_) | Content::Gate(_) => {
-                    if let Some((number, below)) = held.inside(narrow.block, item.content)
-                        && let Some(root) = below.root
-                        && let Some(narrow) =
-                            Narrow::new(ray, below, number, hits.enter(place, block, number))
-                    {
-                        self.open(narrow, root);
-                    }
+                    let above = narrow.block;
+                    self.open_item(held, hits, (block, above), place, ray);
                 }
                 Content::Shape(_) => unreachable!("a primitive has its extents"),
                 Content::Solid(solid) => {

@@ -231,6 +231,25 @@ impl Solids {
         }
     }
 
+    /// Opens the super-node that an item of a block leads to, if the ray, which is given in its frame, comes to it.
+    #[inline(always)]
+    fn open_item(
+        &mut self,
+        held: &Held<'_>,
+        hits: &mut Hits,
+        (block, above): (&Compiled, u32),
+        place: Place,
+        ray: Ray,
+    ) {
+        let content = block.items[place.item as usize].content;
+        if let Some((number, below)) = held.inside(above, content)
+            && let Some(root) = below.root
+            && let Some(narrow) = Narrow::new(ray, below, number, hits.enter(place, block, number))
+        {
+            self.open(narrow, root);
+        }
+    }
+
     /// Opens a super-node, and says at which level.
     fn open(&mut self, narrow: Narrow, root: Child) -> u32 {
         let level = u32::try_from(self.levels.len()).expect("2³² levels outgrow memory");
