@@ -25,7 +25,7 @@ const SETTLED: f64 = 1e-9;
 /// By which share of its extent a guess is enlarged.
 const INFLATION: f64 = 0.02;
 
-/// Finds the envelopes of a component of keys from those below it.
+/// Finds the envelopes of a component of keys, in the order of their numbers, from those below it.
 pub(super) fn solve(keys: &Keys, component: &[u32], recipes: &[Recipe<'_>], known: &mut [Known]) {
     let look = |key: u32| {
         let (make, below) = &recipes[key as usize];
@@ -38,7 +38,8 @@ pub(super) fn solve(keys: &Keys, component: &[u32], recipes: &[Recipe<'_>], know
         }
         Ok(())
     };
-    let recursive = component.iter().any(|key| keys.parts(*key).iter().any(|part| component.contains(part)));
+    let inside = |key: &u32| component.binary_search(key).is_ok();
+    let recursive = component.iter().any(|key| keys.parts(*key).iter().any(inside));
     let solved = if recursive { fixed_point(component, known, round) } else { round(known) };
     let solved = solved.map_err(|failure| match failure.cycle {
         cycle if cycle.is_empty() => Failure { cycle: cycle_of(keys, component), ..failure },
@@ -150,14 +151,18 @@ fn within(inner: &Body, outer: &Body) -> bool {
 
 /// Some cycle in a component, from its key with the highest number.
 fn cycle_of(keys: &Keys, component: &[u32]) -> Vec<u32> {
-    let inside = |key: &u32| component.contains(key);
-    let mut path: Vec<u32> = component.last().copied().into_iter().collect();
-    while let Some(next) = path.last().and_then(|key| keys.parts(*key).iter().copied().find(inside)) {
-        if let Some(from) = path.iter().position(|key| *key == next) {
+    let place = |key: u32| component.binary_search(&key).ok();
+    let mut path: Vec<u32> = Vec::new();
+    // Where on the path each key of the component is.
+    let mut entered: Vec<Option<usize>> = vec![None; component.len()];
+    let mut next = component.len().checked_sub(1);
+    while let Some(number) = next {
+        if let Some(from) = entered[number].replace(path.len()) {
             path.drain(..from);
             break;
         }
-        path.push(next);
+        path.push(component[number]);
+        next = keys.parts(component[number]).iter().find_map(|part| place(*part));
     }
     path
 }
