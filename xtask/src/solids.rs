@@ -4,6 +4,8 @@
 //! The walk is pure span evaluation: with the least hyper box of each node, all boundaries of all operands on the whole
 //! line. The table is of counts, which are the same on every machine.
 
+use std::fmt;
+use std::ops::Add;
 use std::process::ExitCode;
 
 use serde_json::Value;
@@ -32,7 +34,28 @@ pub struct Options {
     size: String,
 }
 
-/// Runs both. The table goes to the standard output.
+/// Tests that a ray takes on the average, by spans and by the fast engine.
+#[derive(Clone, Copy, Default)]
+struct Tests {
+    spans: f64,
+    fast: f64,
+}
+
+impl Add for Tests {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { spans: self.spans + other.spans, fast: self.fast + other.fast }
+    }
+}
+
+impl fmt::Display for Tests {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.1} | {:.1} | {:.1}", self.spans, self.fast, self.spans / self.fast)
+    }
+}
+
+/// Runs both. The table goes to the standard output; its last row is of a ray through each of the scenes.
 #[expect(clippy::print_stdout, reason = "the report of a chore")]
 pub fn run(options: &Options) -> ExitCode {
     let report = || -> Result<(), PeersError> {
@@ -40,15 +63,21 @@ pub fn run(options: &Options) -> ExitCode {
             "| scene | primitives | primitive tests, spans | fast | ratio | all tests, slowest 1 %, spans | fast | ratio |"
         );
         println!("|---|---:|---:|---:|---:|---:|---:|---:|");
+        let mut together = [Tests::default(); 2];
         for (scene, set) in SCENES {
-            println!("{}", row(options, scene, set)?);
+            let (primitives, [all, slowest]) = compare(options, scene, set)?;
+            println!("| `{scene}` {} | {primitives} | {all} | {slowest} |", set.join(" "));
+            together = [together[0] + all, together[1] + slowest];
         }
+        let [all, slowest] = together;
+        println!("| together | | {all} | {slowest} |");
         Ok(())
     };
     exit_code(report())
 }
 
-fn row(options: &Options, scene: &str, set: &[&str]) -> Result<String, PeersError> {
+/// The primitives of a scene; tests of primitives, of all rays; and tests of all kinds, of the slowest.
+fn compare(options: &Options, scene: &str, set: &[&str]) -> Result<(String, [Tests; 2]), PeersError> {
     let report = |engine: &[&str]| {
         let mut command = bench(scene, set);
         object(command.args(["--size", &options.size, "--reps", "1"]).args(engine))
@@ -58,15 +87,8 @@ fn row(options: &Options, scene: &str, set: &[&str]) -> Result<String, PeersErro
     let count = |report: &Value, fields: &[&str]| -> f64 {
         fields.iter().map(|field| report[field].as_f64().unwrap_or(f64::NAN)).sum()
     };
-    let both = |fields: &[&str]| {
-        let (spans, fast) = (count(&spans, fields), count(&fast, fields));
-        format!("{spans:.1} | {fast:.1} | {:.1}", spans / fast)
-    };
-    Ok(format!(
-        "| `{scene}` {} | {} | {} | {} |",
-        set.join(" "),
-        fast["primitives"].as_str().unwrap_or_default(),
-        both(&["primitive_tests_per_ray"]),
-        both(&["slowest_box_tests_per_ray", "slowest_primitive_tests_per_ray"]),
-    ))
+    let both = |fields: &[&str]| Tests { spans: count(&spans, fields), fast: count(&fast, fields) };
+    let primitives = fast["primitives"].as_str().unwrap_or_default().to_owned();
+    let slowest = ["slowest_box_tests_per_ray", "slowest_primitive_tests_per_ray"];
+    Ok((primitives, [both(&["primitive_tests_per_ray"]), both(&slowest)]))
 }
