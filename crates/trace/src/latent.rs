@@ -83,8 +83,6 @@ pub(crate) struct Exposed {
 /// A pixel of a tile.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pixel {
-    /// In the picture.
-    pub(crate) at: (u32, u32),
     /// Among the pixels of the tile.
     pub(crate) place: usize,
     pub(crate) samples: u32,
@@ -94,7 +92,7 @@ impl Exposed {
     /// The pixels of the tile, square by square.
     pub(crate) fn pixels(&self, tile: &Tile) -> impl Iterator<Item = Pixel> {
         tile.squares(SQUARE).zip(&self.squares).flat_map(|(pixels, square)| {
-            pixels.map(|at| Pixel { at, place: tile.place(at), samples: square.taken })
+            pixels.map(|at| Pixel { place: tile.place(at), samples: square.taken })
         })
     }
 }
@@ -224,10 +222,17 @@ impl LatentImage {
         let [width, height] = [self.settings.width, self.settings.height].map(|side| side as usize);
         let mut rows = vec![blank; width * height];
         for (tile, exposed) in self.tiles() {
-            exposed.pixels(&tile).for_each(|pixel| {
-                let (x, y) = pixel.at;
-                rows[y as usize * width + x as usize] = of(exposed, pixel);
-            });
+            let mut place = 0;
+            for (y, columns) in tile.rows() {
+                let squares = &exposed.squares[tile.first_square(SQUARE, y)..];
+                let row = &mut rows[y as usize * width..][..width][columns];
+                for (pixels, square) in row.chunks_mut(SQUARE as usize).zip(squares) {
+                    for pixel in pixels {
+                        *pixel = of(exposed, Pixel { place, samples: square.taken });
+                        place += 1;
+                    }
+                }
+            }
         }
         rows
     }

@@ -216,9 +216,11 @@ impl<'a> Painter<'a> {
             if stop() {
                 break;
             }
-            exposure.make_room(self.view, tile.pixel_count(), self.is_judged);
+            if taken == 0 {
+                exposure.make_room(self.view, tile.pixel_count(), self.is_judged);
+            }
             pixels.clear();
-            pixels.extend(own);
+            own.for_each(|pixel| pixels.push(pixel));
             let numbers = square.taken..square.goal;
             for pixels in pixels.chunks((side * side) as usize) {
                 self.expose(brush, pixels, numbers.clone(), |pixel| tile.place(pixel), exposure)?;
@@ -257,16 +259,20 @@ impl<'a> Painter<'a> {
             if matches!(view, View::Shaded | View::Plate | View::Cost) {
                 illumination.colours(tracer, pixels, number, rays, hits, colours)?;
             }
+            if view == View::Shaded {
+                for (pixel, colour) in pixels.iter().zip(colours.iter()) {
+                    exposure.colour(place(*pixel), number, *colour);
+                }
+                continue;
+            }
             for (lane, (pixel, hit)) in pixels.iter().zip(hits.iter()).enumerate() {
                 let place = place(*pixel);
                 match (view, hit) {
-                    (View::Shaded, _) | (View::Plate, Some(_)) => {
-                        exposure.colour(place, number, colours[lane]);
-                    }
+                    (View::Plate, Some(_)) => exposure.colour(place, number, colours[lane]),
                     (View::Plate, None) => exposure.missed(place, missed),
                     (View::Normal, Some(hit)) => exposure.normal(place, number, hit.normal),
                     (View::Depth, Some(hit)) => exposure.depth(place, hit.t),
-                    (View::Normal | View::Depth, None) | (View::Cost, _) => {}
+                    (View::Normal | View::Depth, None) | (View::Shaded | View::Cost, _) => {}
                 }
             }
         }

@@ -23,42 +23,46 @@ pub(crate) fn encode_byte(linear: f64) -> u8 {
 
 /// Light in single precision as bytes, all at hand.
 pub(crate) struct Bytes {
-    /// The least light that is each byte.
-    least: [f32; 256],
-    /// The byte at each step from 0 to 1.
+    /// The least light that is each byte, and none for one more.
+    least: [f32; 257],
+    /// The byte at each step from 0 to 1. From one step to the next, it changes by no more than one.
     at_step: [u8; Self::STEPS + 1],
 }
 
 impl Bytes {
-    const STEPS: usize = 1024;
+    const STEPS: usize = 4096;
 
+    #[expect(clippy::cast_possible_truncation, reason = "rounding is meant")]
     pub(crate) fn new() -> Self {
-        let (mut least, mut at_step) = ([0.0; 256], [0; Self::STEPS + 1]);
-        for (byte, least) in (0..=u8::MAX).zip(&mut least) {
-            // The bits of positive numbers are in their order.
-            let (mut below, mut found) = (0, 1.0_f32.to_bits());
-            while byte > 0 && found - below > 1 {
-                let middle = below.midpoint(found);
-                let reaches = encode_byte(f64::from(f32::from_bits(middle))) >= byte;
-                if reaches { found = middle } else { below = middle }
+        let (mut least, mut at_step) = ([f32::NAN; 257], [0; Self::STEPS + 1]);
+        least[0] = f32::NEG_INFINITY;
+        for (byte, least) in (1..=u8::MAX).zip(&mut least[1..]) {
+            let reaches = |light: f32| encode_byte(f64::from(light)) >= byte;
+            *least = decode((f64::from(byte) - 0.5) / 255.0) as f32;
+            while !reaches(*least) {
+                *least = least.next_up();
             }
-            *least = if byte > 0 { f32::from_bits(found) } else { f32::NEG_INFINITY };
+            while reaches(least.next_down()) {
+                *least = least.next_down();
+            }
         }
-        for (step, byte) in at_step.iter_mut().enumerate() {
-            *byte = encode_byte(step as f64 / Self::STEPS as f64);
+        let mut byte = 0;
+        for (step, at_step) in at_step.iter_mut().enumerate() {
+            while step as f32 / Self::STEPS as f32 >= least[usize::from(byte) + 1] {
+                byte += 1;
+            }
+            *at_step = byte;
         }
         Self { least, at_step }
     }
 
     /// As [`encode_byte`].
+    #[inline]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a step from 0 to STEPS")]
     pub(crate) fn encode(&self, linear: f32) -> u8 {
         let step = (linear.clamp(0.0, 1.0) * Self::STEPS as f32) as usize;
-        let mut byte = self.at_step[step];
-        while byte < u8::MAX && linear >= self.least[usize::from(byte) + 1] {
-            byte += 1;
-        }
-        byte
+        let byte = self.at_step[step];
+        byte + u8::from(linear >= self.least[usize::from(byte) + 1])
     }
 }
 

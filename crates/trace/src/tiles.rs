@@ -68,6 +68,16 @@ impl Tile {
         (y - self.rows.start) as usize * self.columns.len() + (x - self.columns.start) as usize
     }
 
+    /// The rows of pixels, and the columns of the picture that each has pixels in.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = (u32, Range<usize>)> {
+        self.rows.clone().map(|y| (y, self.columns.start as usize..self.columns.end as usize))
+    }
+
+    /// The first of the [squares](Self::squares) that have pixels in a row.
+    pub(crate) fn first_square(&self, side: u32, y: u32) -> usize {
+        (y - self.rows.start) as usize / side as usize * self.columns.len().div_ceil(side as usize)
+    }
+
     /// The tile in squares with sides of `side` pixels: the pixels of each.
     pub(crate) fn squares(&self, side: u32) -> impl Iterator<Item = impl Iterator<Item = (u32, u32)>> {
         let part = move |start: u32, end: u32| start..end.min(start.saturating_add(side));
@@ -102,6 +112,15 @@ mod tests {
                     pixels.into_iter().map(|pixel| pixel.expect("a square has it")).collect()
                 })
                 .collect();
+            for tile in (0..tiles.count()).map(|index| tiles.tile(index)) {
+                let squares: Vec<Vec<_>> = tile.squares(side).map(Iterator::collect).collect();
+                for (y, columns) in tile.rows() {
+                    let row = &squares[tile.first_square(side, y)..];
+                    for (number, x) in columns.enumerate() {
+                        assert!(row[number / side as usize].contains(&(x.try_into().unwrap(), y)));
+                    }
+                }
+            }
             let expected = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
             assert!(tiles.in_rows(&pixels).copied().eq(expected), "{width} by {height}");
         }

@@ -103,11 +103,15 @@ impl Exposure {
 
     /// The pixel in linear light, given how many samples it has had, and the extremes of the whole picture. Without
     /// samples, it is black.
+    #[inline]
     pub(crate) fn develop(&self, view: View, place: usize, samples: u32, extremes: &Extremes) -> [f32; 3] {
         if samples == 0 {
             return [0.0; 3];
         }
         let samples = f64::from(samples);
+        if let View::Shaded | View::Normal = view {
+            return (self.light[place] / samples).to_array().map(narrow);
+        }
         let light = self.light.get(place).map_or(DVec3::ZERO, |light| *light / samples);
         let gauges = self.gauges.get(place).map_or([0.0; 2], |gauges| gauges.map(|gauge| gauge / samples));
         view.develop(light, gauges, extremes).to_array().map(narrow)
@@ -151,11 +155,10 @@ impl View {
     /// The pixel in linear light, from the means of its samples and the extremes of the whole picture.
     fn develop(self, light: DVec3, [first, second]: [f64; 2], extremes: &Extremes) -> DVec3 {
         match self {
-            Self::Shaded | Self::Normal => light,
             Self::Plate if extremes.greatest > 0.0 => {
                 light + (RED * first + BLUE * second) / extremes.greatest
             }
-            Self::Plate => light,
+            Self::Shaded | Self::Normal | Self::Plate => light,
             Self::Depth => {
                 let range = extremes.greatest - extremes.least;
                 // How far the hits are behind the nearest one; flat pictures are all nearest.
