@@ -369,9 +369,11 @@ fn normal_map(transform: &Transform) -> DMat3 {
     DMat3::from_cols(x, y, z)
 }
 
+/// The squares of lengths that vectors can be divided by.
+pub(crate) const ORDINARY: std::ops::Range<f64> = 1e-200..1e200;
+
 /// The vector at length 1, also where the square of its length leaves the range of numbers; `None` if it has no direction.
 pub(crate) fn unit(vector: DVec3) -> Option<DVec3> {
-    const ORDINARY: std::ops::Range<f64> = 1e-200..1e200;
     let squared_length = vector.length_squared();
     if ORDINARY.contains(&squared_length) {
         return Some(vector / squared_length.sqrt());

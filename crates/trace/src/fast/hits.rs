@@ -68,6 +68,13 @@ impl Place {
         Self { way, item, turned: false, is_small: false, is_node: false }
     }
 
+    /// Whether it is on the same item, come to by the same way.
+    #[inline(always)]
+    pub(super) fn is_one_with(self, other: Self) -> bool {
+        (self.way, self.item, self.is_small, self.is_node)
+            == (other.way, other.item, other.is_small, other.is_node)
+    }
+
     /// The box of the item.
     pub(super) fn as_box(self) -> Self {
         Self { is_small: true, ..self }

@@ -9,7 +9,7 @@
 //! - [`tree`], [`frame`], [`point`]: their boxes in single precision, and what is tested against them;
 //! - [`packet`], [`single`]: the first hit of rays together and alone; [`lanes`] and [`shapes`] are their arithmetic;
 //! - [`solid`], [`cuts`], [`face`]: the first boundary of the results of ∩ and \\, alone and together, and whose face it is;
-//! - [`hits`]: what was hit, and the way to it;
+//! - [`hits`], [`together`]: what was hit, and the way to it; and its surface and normal for several rays;
 //! - [`detail`], [`look`], [`sample`]: what is too small to be looked into, and what is seen of it.
 
 pub(crate) mod blocks;
@@ -30,6 +30,7 @@ mod shapes;
 mod single;
 mod solid;
 pub(crate) mod states;
+mod together;
 mod tree;
 pub(crate) mod unions;
 
@@ -54,6 +55,7 @@ use self::packet::Packet;
 use self::sample::Dice;
 use self::single::Single;
 use self::solid::Solids;
+use self::together::Together;
 use self::tree::Child;
 use crate::{Counters, Hit, Ray, Surface, walk};
 
@@ -224,6 +226,8 @@ impl Accelerated {
             counters: Counters::default(),
             items: Vec::new(),
             paints: Vec::new(),
+            together: Together::default(),
+            coat: None,
             last: None,
         };
         tracer.set_footprint(Footprint::LINE);
@@ -246,8 +250,19 @@ pub struct Tracer<'a> {
     /// Items on a way and the paints of items, with their blocks.
     items: Vec<(u32, u32)>,
     paints: Vec<(u32, u32)>,
+    together: Together,
+    /// That of the last hit: neighbouring rays often hit the same item.
+    coat: Option<Coat>,
     /// What was named last.
     last: Option<Place>,
+}
+
+/// What all that is painted on the way to a place makes of its surface.
+#[derive(Clone, Copy, Debug)]
+struct Coat {
+    place: Place,
+    surface: Surface,
+    depth: u32,
 }
 
 impl Tracer<'_> {
@@ -276,7 +291,10 @@ impl Tracer<'_> {
     pub fn nearest(&mut self, ray: &Ray) -> Option<Hit> {
         self.counters.rays += 1;
         self.trace_one(ray, f64::INFINITY, Ask::Nearest);
-        self.hit(0, ray)
+        let place = self.hits.found(0)?;
+        let place = self.face(place, ray, self.hits.t.0[0]);
+        self.last = Some(place);
+        self.hit(0, place, ray)
     }
 
     /// Whether a super-node of the whole stops a ray in its frame; nothing if too many boxes were tested before.
@@ -317,9 +335,8 @@ impl Tracer<'_> {
     pub fn nearest_of(&mut self, rays: &[Ray], found: &mut [Option<Hit>]) {
         self.counters.rays += rays.len() as u64;
         self.trace_packet(rays, |_| f64::INFINITY, Ask::Nearest);
-        for (lane, (ray, found)) in rays.iter().zip(found).enumerate() {
-            *found = self.hit(lane, ray);
-        }
+        found.fill(None);
+        self.hits_of(rays, found);
     }
 
     /// Whether a ray meets the solid at 0 < t < `end`.
@@ -340,8 +357,9 @@ impl Tracer<'_> {
     }
 
     fn trace_one(&mut self, ray: &Ray, end: f64, ask: Ask) {
-        let Self { level, held, single, hits, solids, .. } = self;
+        let Self { level, held, single, hits, solids, coat, .. } = self;
         held.renew();
+        *coat = None;
         hits.clear([end; PACKET]);
         let Some(start) = Single::start(held, ray) else { return };
         let work = Work::default();
@@ -360,8 +378,9 @@ impl Tracer<'_> {
 
     fn trace_packet(&mut self, rays: &[Ray], end: impl Fn(usize) -> f64, ask: Ask) {
         assert!(rays.len() <= PACKET, "a packet has {PACKET} rays");
-        let Self { level, held, packet, hits, solids, .. } = self;
+        let Self { level, held, packet, hits, solids, coat, .. } = self;
         held.renew();
+        *coat = None;
         let Some(last) = rays.len().checked_sub(1) else { return hits.clear([0.0; PACKET]) };
         hits.clear(std::array::from_fn(|lane| end(lane.min(last))));
         for lane in 0..PACKET {
@@ -388,12 +407,10 @@ impl Tracer<'_> {
         self.counters.primitive_tests += work.primitives + solids.primitives;
     }
 
-    /// What a lane has hit. Inlined, as hits are too large to be moved for nothing.
+    /// What a lane has hit at a place. Inlined, as hits are too large to be moved for nothing.
     #[inline(always)]
-    fn hit(&mut self, lane: usize, world_ray: &Ray) -> Option<Hit> {
+    fn hit(&mut self, lane: usize, place: Place, world_ray: &Ray) -> Option<Hit> {
         let t = self.hits.t.0[lane];
-        let place = self.hits.found(lane).map(|place| self.face(place, world_ray, t))?;
-        self.last = Some(place);
         if place.is_small {
             return Some(self.small_hit(lane, place, world_ray, t));
         }
@@ -407,10 +424,9 @@ impl Tracer<'_> {
             Some(super_ray) => transform(super_ray, &item.item_from_super),
             None => self.descend(place, world_ray),
         };
-        // By the same arithmetic as before.
         let shape = &self.held.block(number).shapes[shape as usize];
-        let end = crate::shapes::boundary(shape, &ray, t)?;
-        let normal = if place.turned { -end.normal } else { end.normal };
+        let normal = crate::shapes::normal_at(shape, &ray, t)?;
+        let normal = if place.turned { -normal } else { normal };
         let (normal, surface, depth) = self.outwards(place, normal);
         let normal = walk::unit(normal).unwrap_or(-world_ray.direction);
         Some(Hit { t, point: world_ray.at(t), normal, surface, node, depth })
@@ -419,11 +435,28 @@ impl Tracer<'_> {
     /// What a normal in the frame of an item is in the world, with what paints the item and its depth.
     #[inline(always)]
     fn outwards(&mut self, place: Place, mut normal: DVec3) -> (DVec3, Surface, u32) {
+        for (block, item) in self.hits.upwards(place) {
+            normal = self.held.item(block, item).item_from_super.matrix3.transpose() * normal;
+        }
+        let Coat { surface, depth, .. } = *self.coat(place);
+        (normal, surface, depth)
+    }
+
+    /// What paints an item, and how deep it is.
+    #[inline(always)]
+    fn coat(&mut self, place: Place) -> &Coat {
+        if !self.coat.is_some_and(|coat| coat.place.is_one_with(place)) {
+            self.coat = Some(self.coat_of(place));
+        }
+        self.coat.as_ref().expect("it has just been put there")
+    }
+
+    #[inline(never)]
+    fn coat_of(&mut self, place: Place) -> Coat {
         let mut depth = 0;
         self.paints.clear();
         for (block, item) in self.hits.upwards(place) {
             let item = self.held.item(block, item);
-            normal = item.item_from_super.matrix3.transpose() * normal;
             depth += item.depth;
             self.paints.extend(item.paint.map(|paint| (block, paint)));
         }
@@ -432,7 +465,7 @@ impl Tracer<'_> {
             let terms = &self.held.block(*block).paints[*paint as usize];
             terms.iter().for_each(|(term, value)| surface.set(*term, *value));
         }
-        (normal, surface, depth)
+        Coat { place, surface, depth }
     }
 
     /// What is seen of a part whose box a lane has hit.

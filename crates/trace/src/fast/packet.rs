@@ -17,7 +17,7 @@ use super::compile::{Content, Item, SuperNode};
 use super::cuts::{Cuts, Firsts};
 use super::frame::{Floats, Line, NarrowRays, float_bits, load};
 use super::hits::{Hits, Place, ROOT, START};
-use super::lanes::{HALF, LANES, Lanes, Mask, Rays, transform};
+use super::lanes::{HALF, LANES, Lanes, Mask, Rays, each, transform};
 use super::shapes::{self, bits};
 use super::single::{self, Single};
 use super::tree::{Child, Node, WIDTH};
@@ -216,15 +216,6 @@ impl Packet {
             let near = Floats::from_vector(is_alike.select(on, off));
             self.stack.push(Open { near, child, level, falling: signs });
         }
-    }
-}
-
-/// For each lane of a set.
-#[inline(always)]
-pub(super) fn each(mut lanes: Mask, mut action: impl FnMut(usize)) {
-    while lanes != 0 {
-        action(lanes.trailing_zeros() as usize % LANES);
-        lanes &= lanes - 1;
     }
 }
 

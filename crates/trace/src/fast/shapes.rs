@@ -2,9 +2,10 @@
 //! branches.
 
 use csg_graph::{Hull, Primitive};
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f64x8, mask64x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f64x8, mask64x8};
 
 use super::lanes::Vec3x8;
+pub(super) use super::lanes::bits;
 
 /// Where eight lines are inside of a convex solid: from the first to the second, if that is greater.
 pub(super) type Span<S> = [f64x8<S>; 2];
@@ -18,13 +19,6 @@ pub(super) fn first<S: Simd>(simd: S, [enter, exit]: Span<S>) -> (f64x8<S>, u32)
     (t, bits(valid))
 }
 
-/// The set of lanes of a mask.
-#[inline(always)]
-#[expect(clippy::cast_possible_truncation, reason = "eight bits")]
-pub(super) fn bits<S: Simd>(mask: mask64x8<S>) -> u32 {
-    mask.to_bitmask() as u32
-}
-
 /// The span of a primitive, if its kind is one that is computed side by side.
 #[inline(always)]
 pub(super) fn span<S: Simd>(simd: S, primitive: &Primitive, ray: [Vec3x8<S>; 2]) -> Option<Span<S>> {
@@ -36,6 +30,75 @@ pub(super) fn span<S: Simd>(simd: S, primitive: &Primitive, ray: [Vec3x8<S>; 2])
         Primitive::Hull(solid) => hull(simd, solid, ray),
         _ => return None,
     })
+}
+
+/// The outward normals of a primitive where lines have a boundary at t, as [`crate::shapes::normal_at`], if its kind is one of
+/// which these are computed side by side.
+#[inline(always)]
+pub(super) fn normals_at<S: Simd>(
+    simd: S,
+    primitive: &Primitive,
+    ray: [Vec3x8<S>; 2],
+    t: f64x8<S>,
+) -> Option<Vec3x8<S>> {
+    let [origin, direction] = ray;
+    let point = origin.at(direction, t);
+    Some(match primitive {
+        Primitive::Sphere => point,
+        Primitive::Cylinder => caps_or(simd, ray, t, Vec3x8 { z: f64x8::splat(simd, 0.0), ..point }),
+        Primitive::Cone => caps_or(simd, ray, t, side_of_cone(simd, point, 0.0 - 1.0)),
+        Primitive::Frustum { top } => caps_or(simd, ray, t, side_of_cone(simd, point, top - 1.0)),
+        Primitive::Cube => face_of_cube(simd, ray, t),
+        _ => return None,
+    })
+}
+
+#[inline(always)]
+fn caps_or<S: Simd>(simd: S, [origin, direction]: [Vec3x8<S>; 2], t: f64x8<S>, side: Vec3x8<S>) -> Vec3x8<S> {
+    let [zero, one] = [f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0)];
+    let is_low = ((zero - origin.z) / direction.z).simd_eq(t);
+    let is_high = ((one - origin.z) / direction.z).simd_eq(t);
+    let is_cap = is_low | is_high;
+    Vec3x8 {
+        x: is_cap.select(zero, side.x),
+        y: is_cap.select(zero, side.y),
+        z: is_low.select(-one, is_high.select(one, side.z)),
+    }
+}
+
+#[inline(always)]
+fn side_of_cone<S: Simd>(simd: S, point: Vec3x8<S>, slope: f64) -> Vec3x8<S> {
+    let radius = (point.x * point.x + point.y * point.y).sqrt();
+    let zero = f64x8::splat(simd, 0.0);
+    let is_apex = radius.simd_eq(zero);
+    Vec3x8 {
+        x: is_apex.select(zero, point.x),
+        y: is_apex.select(zero, point.y),
+        z: is_apex.select(f64x8::splat(simd, (-slope).signum()), radius * -slope),
+    }
+}
+
+#[inline(always)]
+#[expect(clippy::needless_range_loop, reason = "iterators would be compiled without the vector instructions")]
+fn face_of_cube<S: Simd>(simd: S, [origin, direction]: [Vec3x8<S>; 2], t: f64x8<S>) -> Vec3x8<S> {
+    let [zero, one] = [f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0)];
+    let (origin, direction) = ([origin.x, origin.y, origin.z], [direction.x, direction.y, direction.z]);
+    let mut closest = f64x8::splat(simd, f64::INFINITY);
+    let mut normal = [zero; 3];
+    for axis in 0..3 {
+        let low = ((-one - origin[axis]) / direction[axis] - t).abs();
+        let high = ((one - origin[axis]) / direction[axis] - t).abs();
+        let is_low = low.simd_lt(closest);
+        closest = is_low.select(low, closest);
+        let is_high = high.simd_lt(closest);
+        closest = is_high.select(high, closest);
+        for other in 0..axis {
+            normal[other] = (is_low | is_high).select(zero, normal[other]);
+        }
+        normal[axis] = is_high.select(one, is_low.select(-one, zero));
+    }
+    let [x, y, z] = normal;
+    Vec3x8 { x, y, z }
 }
 
 #[inline(always)]

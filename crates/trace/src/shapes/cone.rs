@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3Swizzles};
 
-use super::{End, Span, Spans, cube};
+use super::{End, Span, Spans, cube, cylinder};
 use crate::Ray;
 
 pub(super) fn spans(ray: &Ray, top: f64) -> Spans {
@@ -10,6 +10,12 @@ pub(super) fn spans(ray: &Ray, top: f64) -> Spans {
     let Some(side) = side(ray, top - 1.0) else { return Spans::NONE };
     span.clip(side);
     Spans::from_convex(span)
+}
+
+/// The normal where a line crosses the surface at `t`.
+#[inline(always)]
+pub(super) fn normal_at(ray: &Ray, t: f64, top: f64) -> DVec3 {
+    cylinder::cap_at(ray, t).unwrap_or_else(|| normal(ray.at(t), top - 1.0))
 }
 
 /// The part of the line inside of the infinite cone of radius 1 + slope·z, on the side of the apex where that is positive.

@@ -28,3 +28,22 @@ pub(super) fn slab(ray: &Ray, axis: usize, min: f64, max: f64) -> Option<Span> {
     let high = End { t: (max - origin) / direction, normal: outward };
     Some(if direction > 0.0 { Span { enter: low, exit: high } } else { Span { enter: high, exit: low } })
 }
+
+/// The normal of the plane that a line crosses at `t`. Where it crosses an edge, the first plane is seen, as in [`span`].
+#[inline(always)]
+pub(super) fn normal_at(ray: &Ray, t: f64) -> DVec3 {
+    let low = ((DVec3::NEG_ONE - ray.origin) / ray.direction - t).abs();
+    let high = ((DVec3::ONE - ray.origin) / ray.direction - t).abs();
+    let (mut closest, mut across, mut outward) = (f64::INFINITY, 0, 1.0);
+    for axis in 0..3 {
+        if low[axis] < closest {
+            (closest, across, outward) = (low[axis], axis, -1.0);
+        }
+        if high[axis] < closest {
+            (closest, across, outward) = (high[axis], axis, 1.0);
+        }
+    }
+    let mut normal = DVec3::ZERO;
+    normal[across] = outward;
+    normal
+}

@@ -12,6 +12,23 @@ pub(super) fn span(ray: &Ray) -> Option<Span> {
     Some(span)
 }
 
+/// The normal where a line crosses the surface at `t`.
+#[inline(always)]
+pub(super) fn normal_at(ray: &Ray, t: f64) -> DVec3 {
+    cap_at(ray, t).unwrap_or_else(|| ray.at(t).with_z(0.0))
+}
+
+/// The normal of a cap, if one is met at `t` by the arithmetic of its slab. Where caps and sides meet, the cap is seen.
+#[inline(always)]
+#[expect(clippy::float_cmp, reason = "the same quotients are equal")]
+pub(super) fn cap_at(ray: &Ray, t: f64) -> Option<DVec3> {
+    let (origin, direction) = (ray.origin.z, ray.direction.z);
+    if (0.0 - origin) / direction == t {
+        return Some(DVec3::NEG_Z);
+    }
+    ((1.0 - origin) / direction == t).then_some(DVec3::Z)
+}
+
 /// The part of the line inside of the infinite cylinder: the sphere's construction, in the xy plane.
 #[inline(always)]
 fn side(ray: &Ray) -> Option<Span> {

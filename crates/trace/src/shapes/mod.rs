@@ -156,6 +156,20 @@ pub(crate) fn boundary(primitive: &Primitive, ray: &Ray, t: f64) -> Option<End> 
     Some(of(&span)).filter(|end| end.t >= t)
 }
 
+/// The outward normal of `primitive` where the line of `ray` has a boundary at `t`, one of its [`extents`]: of any positive
+/// length, and up to rounding as in [`spans`].
+#[inline(always)]
+pub(crate) fn normal_at(primitive: &Primitive, ray: &Ray, t: f64) -> Option<DVec3> {
+    match primitive {
+        Primitive::Sphere => Some(ray.at(t)),
+        Primitive::Cube => Some(cube::normal_at(ray, t)),
+        Primitive::Cylinder => Some(cylinder::normal_at(ray, t)),
+        Primitive::Cone => Some(cone::normal_at(ray, t, 0.0)),
+        Primitive::Frustum { top } => Some(cone::normal_at(ray, t, *top)),
+        _ => boundary(primitive, ray, t).map(|end| end.normal),
+    }
+}
+
 /// The spans of the line of `ray` in `primitive`, both in the object frame.
 ///
 /// A line that lies in a flat face counts as inside where the face is a minimum of its coordinate and as outside where it
@@ -175,5 +189,70 @@ pub fn spans(primitive: &Primitive, ray: &Ray) -> Spans {
         Primitive::Hull(hull) => polytope::hull_spans(ray, hull),
         Primitive::HalfSpace => polytope::half_space_spans(ray),
         other => unreachable!("{other:?} has no module here"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normals_at_boundaries_are_those_of_spans() {
+        let mut state = 7_u64;
+        let mut number = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f64 / f64::from(1 << 23) - 1.0
+        };
+        let primitives = [
+            Primitive::Sphere,
+            Primitive::Cube,
+            Primitive::Cylinder,
+            Primitive::Cone,
+            Primitive::Frustum { top: 0.3 },
+            Primitive::Frustum { top: 1.7 },
+            Primitive::Torus { minor: 0.4 },
+            Primitive::HalfSpace,
+        ];
+        for primitive in &primitives {
+            let mut seen = 0;
+            for _ in 0..4000 {
+                let mut vector = || DVec3::new(number(), number(), number());
+                let (origin, target) = (vector() * 3.0, vector());
+                let ray = Ray { origin, direction: target - origin };
+                let inner = extents(primitive, &ray).into_iter().flatten().filter(|t| t.is_finite());
+                let ends: Vec<End> =
+                    spans(primitive, &ray).iter().flat_map(|span| [span.enter, span.exit]).collect();
+                let ends: Vec<End> = ends.into_iter().filter(|end| end.t.is_finite()).collect();
+                for (t, end) in inner.zip(&ends) {
+                    let normal = normal_at(primitive, &ray, t).unwrap().normalize();
+                    let apart = normal.distance(end.normal.normalize());
+                    assert!(apart < 1e-9, "{primitive:?} {ray:?} at {t}: {normal} is {apart} off");
+                    seen += 1;
+                }
+            }
+            assert!(seen > 500, "{primitive:?}");
+        }
+    }
+
+    #[test]
+    fn edges_and_lines_along_faces_have_the_normals_of_spans() {
+        let coordinates = [-2.0, -1.0, 0.0, 0.5, 1.0];
+        let steps = [-1.0, 0.0, 0.5, 1.0];
+        let vectors = |of: &[f64]| {
+            let all = of.iter().flat_map(|x| of.iter().map(move |y| (*x, *y)));
+            all.flat_map(|(x, y)| of.iter().map(move |z| DVec3::new(x, y, *z))).collect::<Vec<_>>()
+        };
+        for primitive in [Primitive::Cube, Primitive::Cylinder, Primitive::Cone] {
+            for origin in vectors(&coordinates) {
+                for direction in vectors(&steps).into_iter().filter(|step| *step != DVec3::ZERO) {
+                    let ray = Ray { origin, direction };
+                    for end in spans(&primitive, &ray).iter().flat_map(|span| [span.enter, span.exit]) {
+                        let normal = normal_at(&primitive, &ray, end.t).unwrap();
+                        let apart = normal.normalize().distance(end.normal.normalize());
+                        assert!(apart < 1e-9, "{primitive:?} {ray:?} at {}: {normal}", end.t);
+                    }
+                }
+            }
+        }
     }
 }
