@@ -13,33 +13,24 @@
 use csg_graph::EvalError;
 use glam::DVec3;
 
-use super::Place;
+use super::places::Places;
 use crate::engine::Tracer;
+use crate::fast::lanes::{LANES, each};
 use crate::{Hit, Light, Ray};
 
 /// Shades several hits together, so that their shadow rays can be traced together.
 #[derive(Debug, Default)]
 pub(crate) struct Shader {
-    points: Vec<Point>,
+    places: Places,
+    gains: [Gain; LANES],
     shadow_rays: Vec<Ray>,
     ends: Vec<f64>,
-    /// The points of the shadow rays, and what the light adds there.
+    /// The rays whose hits have these shadow rays, and what the light adds there.
     lit: Vec<(usize, Gain)>,
 }
 
-/// A hit that is being shaded.
-#[derive(Clone, Copy, Debug)]
-struct Point {
-    /// Its number among the rays.
-    ray: usize,
-    start: DVec3,
-    normal: DVec3,
-    to_viewer: DVec3,
-    gain: Gain,
-}
-
 /// What lights add to a surface: in its pigment, and on top of it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Gain {
     matt: DVec3,
     highlight: DVec3,
@@ -55,60 +46,55 @@ impl Shader {
         hits: &[Option<Hit>],
         colours: &mut Vec<DVec3>,
     ) -> Result<(), EvalError> {
-        self.points.clear();
-        let seen = rays.iter().zip(hits).enumerate();
-        self.points
-            .extend(seen.filter_map(|(number, (ray, hit))| Some(Point::new(number, ray, hit.as_ref()?))));
+        colours.clear();
+        colours.resize(rays.len(), DVec3::ZERO);
+        let Self { places, gains, shadow_rays, ends, lit } = self;
+        let seen = places.set(rays, hits);
+        if seen == 0 {
+            return Ok(());
+        }
+        let surface = |lane: usize| &hits[lane].as_ref().expect("places are of hits").surface;
+        each(seen, |lane| {
+            gains[lane] = Gain { matt: DVec3::splat(surface(lane).ambient), highlight: DVec3::ZERO };
+        });
         for light in lights {
-            self.shadow_rays.clear();
-            self.ends.clear();
-            self.lit.clear();
-            for (number, point) in self.points.iter_mut().enumerate() {
-                let surface = &hits[point.ray].as_ref().expect("points are hits").surface;
-                let Some((to_light, distance)) = light.way_from(point.start) else { continue };
-                let facing = point.normal.dot(to_light);
-                if facing <= 0.0 {
-                    continue;
-                }
+            shadow_rays.clear();
+            ends.clear();
+            lit.clear();
+            each(places.face(light), |lane| {
+                let (surface, way) = (surface(lane), places.way(lane));
                 let mut gain =
-                    Gain { matt: light.colour * (surface.diffuse * facing), highlight: DVec3::ZERO };
+                    Gain { matt: light.colour * (surface.diffuse * way.facing), highlight: DVec3::ZERO };
                 if surface.specular != 0.0 {
-                    let mirrored = point.normal * (2.0 * facing) - to_light;
-                    let lobe = libm::pow(mirrored.dot(point.to_viewer).max(0.0), surface.shininess);
+                    let [normal, to_viewer] = places.seen(lane);
+                    let mirrored = normal * (2.0 * way.facing) - way.ray.direction;
+                    let lobe = libm::pow(mirrored.dot(to_viewer).max(0.0), surface.shininess);
                     gain.highlight = light.colour * (surface.specular * lobe);
                 }
                 if light.shadow {
-                    self.shadow_rays.push(Ray { origin: point.start, direction: to_light });
-                    self.ends.push(distance);
-                    self.lit.push((number, gain));
+                    shadow_rays.push(way.ray);
+                    ends.push(way.distance);
+                    lit.push((lane, gain));
                 } else {
-                    point.gain.add(gain);
+                    gains[lane].add(gain);
                 }
+            });
+            if lit.is_empty() {
+                continue;
             }
-            let shadowed = tracer.occluded(&self.shadow_rays, &self.ends)?;
-            for (lane, (number, gain)) in self.lit.iter().enumerate() {
-                if shadowed >> lane & 1 == 0 {
-                    self.points[*number].gain.add(*gain);
+            let shadowed = tracer.occluded(shadow_rays, ends)?;
+            for (number, (lane, gain)) in lit.iter().enumerate() {
+                if shadowed >> number & 1 == 0 {
+                    gains[*lane].add(*gain);
                 }
             }
         }
-        colours.clear();
-        colours.resize(rays.len(), DVec3::ZERO);
-        for point in &self.points {
-            let surface = &hits[point.ray].as_ref().expect("points are hits").surface;
-            let matt = point.gain.matt * surface.matt() + surface.emission;
-            colours[point.ray] = surface.pigment * matt + point.gain.highlight;
-        }
+        each(seen, |lane| {
+            let (surface, gain) = (surface(lane), &gains[lane]);
+            let matt = gain.matt * surface.matt() + surface.emission;
+            colours[lane] = surface.pigment * matt + gain.highlight;
+        });
         Ok(())
-    }
-}
-
-impl Point {
-    fn new(number: usize, ray: &Ray, hit: &Hit) -> Self {
-        let place = Place::new(ray, hit);
-        let gain = Gain { matt: DVec3::splat(hit.surface.ambient), highlight: DVec3::ZERO };
-        let start = place.before();
-        Self { ray: number, start, normal: place.normal, to_viewer: place.to_viewer, gain }
     }
 }
 

@@ -4,7 +4,7 @@
 //! them that can be listed: from each light straight to the surface, and on through mirrors and clear glass. [`path`]
 //! takes all, by chance. Both take the rays of a square of the picture together, bounce by bounce.
 //!
-//! - [`local`]: ambient, diffuse, highlight; [`bsdf`]: matt, metal ([`microfacet`]) and glass ([`dielectric`]).
+//! - [`local`]: ambient, diffuse, highlight, of hits side by side ([`places`]); [`bsdf`]: matt, metal ([`microfacet`]) and glass ([`dielectric`]).
 //! - [`daylight`]: the sky, and the sun to aim at; [`sampler`], [`warp`]: numbers by chance, and directions made of them.
 
 mod bsdf;
@@ -14,6 +14,7 @@ mod direct;
 mod local;
 mod microfacet;
 mod path;
+mod places;
 mod sampler;
 mod warp;
 
