@@ -147,8 +147,21 @@ pub(super) fn first(extents: &Extents) -> Option<f64> {
 
 /// Which children of a node a line meets between `start` and `end`, and where.
 #[inline(always)]
-#[expect(clippy::cast_possible_truncation, reason = "eight bits")]
 pub(super) fn met<S: Simd>(simd: S, node: &Node, line: &Line, start: f32, end: f32) -> ([f32; WIDTH], u32) {
+    let ([near, _], met) = crossed(simd, node, line, start, end);
+    (near, met)
+}
+
+/// Which children of a node a line meets between `start` and `end`, where it enters them and where it leaves.
+#[inline(always)]
+#[expect(clippy::cast_possible_truncation, reason = "eight bits")]
+pub(super) fn crossed<S: Simd>(
+    simd: S,
+    node: &Node,
+    line: &Line,
+    start: f32,
+    end: f32,
+) -> ([[f32; WIDTH]; 2], u32) {
     let mut near = f32x8::splat(simd, start);
     let mut far = f32x8::splat(simd, end);
     let near_planes = node.near_planes(line.falling());
@@ -161,7 +174,7 @@ pub(super) fn met<S: Simd>(simd: S, node: &Node, line: &Line, start: f32, end: f
         far = far_plane.mul_add(inverse, f32x8::splat(simd, line.far_offset[axis])).min(far);
     }
     let met = near.simd_le(far).to_bitmask() as u32 & ((1 << node.count) - 1);
-    (*near, met)
+    ([*near, *far], met)
 }
 
 /// The nearest of the children that are met. Puts the others on the stack, the nearer ones last.

@@ -45,16 +45,16 @@ pub enum Integrator {
 /// The light of a world, for the rays of a thread.
 #[derive(Debug)]
 pub(crate) enum Illumination {
-    Direct(Direct),
-    Path(Path),
+    Direct(Box<Direct>),
+    Path(Box<Path>),
 }
 
 impl Illumination {
     pub(crate) fn new(world: &World<'_>, settings: &Settings) -> Self {
         let bounces = settings.bounces;
         match settings.integrator {
-            Integrator::Direct => Self::Direct(Direct::new(world, bounces)),
-            Integrator::Path => Self::Path(Path::new(world, bounces)),
+            Integrator::Direct => Self::Direct(Box::new(Direct::new(world, bounces))),
+            Integrator::Path => Self::Path(Box::new(Path::new(world, bounces))),
         }
     }
 

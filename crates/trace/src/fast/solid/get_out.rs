@@ -1,7 +1,9 @@
 //! Where a ray gets outside of a union: where all parts that it is in have been left.
 //!
 //! t becomes the last exit, and so on until no part holds the point at t. Boxes that begin behind t wait for t to get there;
-//! none is opened twice, and those that the ray does not get to are never opened. Parts that are elsewhere cost nothing.
+//! none is opened twice, and neither those that the ray does not get to nor those that it has left meanwhile are ever
+//! opened: boxes are kept with where it leaves them, as the near end of the ray backwards. Parts that are elsewhere cost
+//! nothing.
 //!
 //! Rays of a [packet](crate::fast::cuts) that go on alone come here in the midst of a tree. They leave the part that they
 //! are in. If it is left before the ray ends, the parts around it are added, and the search goes on in those.
@@ -16,7 +18,7 @@ use crate::fast::compile::{Content, SuperNode};
 use crate::fast::frame::Narrow;
 use crate::fast::hits::{Hits, Place};
 use crate::fast::lanes::transform;
-use crate::fast::single::{Open, met};
+use crate::fast::single::{Open, crossed};
 use crate::fast::tree::{Child, WIDTH};
 
 /// A union that is being searched for where a ray gets outside.
@@ -66,18 +68,23 @@ impl Solids {
             }
             let Some(open) = self.stack.pop() else { break };
             let narrow = &self.levels[open.level as usize];
+            // Left behind since it was put there.
+            if -open.near < narrow.start(t) {
+                continue;
+            }
             let block = held.block(narrow.block);
             let at = match open.child.get() {
                 Err(node) => {
                     let node = &block.nodes[node];
                     self.work.boxes += u64::from(node.count);
-                    let (near, mut met) = met(simd, node, &narrow.line, narrow.start(t), narrow.end(limit));
+                    let ([near, far], mut met) =
+                        crossed(simd, node, &narrow.line, narrow.start(t), narrow.end(limit));
                     let here = narrow.end(t);
                     let known = self.known.get(open.level.wrapping_sub(self.known_from) as usize);
                     while met != 0 {
                         let slot = met.trailing_zeros() as usize % WIDTH;
                         met &= met - 1;
-                        let open = Open { child: node.children[slot], ..open };
+                        let open = Open { near: -far[slot], child: node.children[slot], ..open };
                         if known == Some(&open.child) {
                             continue;
                         }
