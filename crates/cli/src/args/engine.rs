@@ -36,7 +36,8 @@ pub struct EngineArgs {
     /// Memory for scenes whose states cannot all be listed, and for those that are: bytes, or with a suffix K, M or G of
     /// 1024 each
     ///
-    /// With less, parts are made again more often. The picture is the same for any.
+    /// The picture is to fit into it as well. With less, parts are made again more often; some megabytes for each thread are
+    /// needed in any case. The picture is the same for any.
     #[arg(long, value_name = "BYTES", allow_hyphen_values = true, default_value = "1G", value_parser = bytes)]
     pub memory: usize,
     /// Voxels along the longest side of the grid; without it as many as suit the number of primitives
@@ -97,6 +98,21 @@ pub(crate) enum Plan {
         resolution: Option<u32>,
         budget: usize,
     },
+}
+
+impl Plan {
+    /// What the program takes besides an engine and a picture, in bytes.
+    const PROGRAM: usize = 8 << 20;
+    /// And what a pixel takes until it is written.
+    const PIXEL: usize = 44;
+
+    /// The same where a picture with so many pixels is to fit into the memory as well.
+    pub(crate) fn beside_picture(self, width: u32, height: u32) -> Self {
+        let Self::Fast { budget, detail, memory } = self else { return self };
+        let pixels = (width as usize).saturating_mul(height as usize);
+        let besides = pixels.saturating_mul(Self::PIXEL).saturating_add(Self::PROGRAM);
+        Self::Fast { budget, detail, memory: memory.saturating_sub(besides) }
+    }
 }
 
 impl EngineArgs {

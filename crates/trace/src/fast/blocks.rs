@@ -13,6 +13,7 @@
 use std::cell::{Cell, RefCell};
 use std::fmt;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use csg_graph::{EvalError, Graph, State};
 use elsa::FrozenVec;
@@ -26,15 +27,34 @@ use super::detail::Footprint;
 use super::sample::{Dice, Sample};
 use super::unions::Unions;
 
-/// The number of items that a state is opened to. Fewer mean more gates on the way of a ray, more mean more that no ray
-/// meets.
-const LENGTH: usize = 8;
+/// How a graph is cut into blocks.
+#[derive(Clone, Copy)]
+struct Cut {
+    /// The number of items that a state is opened to.
+    length: usize,
+    /// The most bytes of blocks that rays come to together. Those that would come to more go alone, one after the other,
+    /// so that less has to be held at one time. As it is a matter of the rays, pictures are the same for any memory.
+    together: usize,
+}
+
+/// Where everything is looked into, rays come to most of what is in a block, and the fewer gates there are, with their
+/// envelopes for boxes, the fewer are passed in vain.
+const FINE: Cut = Cut { length: 64, together: 1 << 22 };
+
+/// Where small parts are not looked into, most of a long list would be too small.
+const COARSE: Cut = Cut { length: 8, together: 1 << 20 };
+
+/// About what it takes to know where a gate leads, in bytes.
+const ENTRY: usize = 64;
 
 /// Of what part of the memory blocks are held by threads, and not only remembered.
 const HELD: usize = 8;
 
-/// And what part is left to the allocator, for what is lost between blocks that came and went, and to the rest of the program.
-const LOST: usize = 4;
+/// And what part is left to the allocator, for what is lost between blocks that came and went.
+const LOST: usize = 8;
+
+/// By how many bytes what a thread holds may differ from what others know of it.
+const STEP: usize = 1 << 18;
 
 /// What there is of a graph.
 #[derive(Debug)]
@@ -50,9 +70,12 @@ pub(super) struct OnDemand {
     graph: Graph,
     bounds: StateBounds,
     unions: Unions,
+    cut: Cut,
     root: Arc<Compiled>,
     remembered: Cache<State, Arc<Compiled>, Bytes>,
     memory: usize,
+    /// Of all threads together, in bytes.
+    held: AtomicUsize,
 }
 
 #[derive(Clone)]
@@ -67,13 +90,19 @@ impl Weighter<State, Arc<Compiled>> for Bytes {
 impl OnDemand {
     /// A graph with bounds for its states, and the memory that blocks may take, in bytes.
     pub(super) fn new(graph: Graph, bounds: StateBounds, memory: usize) -> Result<Self, EvalError> {
-        let capacity = memory - memory / HELD - memory / LOST;
-        let estimated = capacity / (LENGTH * BYTES);
+        let capacity = capacity(memory, 0);
+        let estimated = capacity / (FINE.length * BYTES);
         let remembered = Cache::with_weighter(estimated.max(16), capacity as u64, Bytes);
         let unions = Unions::new(&graph);
-        let root = Compiled::block(&graph, bounds.as_ref(), &unions, graph.root_state(), LENGTH)?;
+        let root = Compiled::block(&graph, bounds.as_ref(), &unions, graph.root_state(), COARSE.length)?;
         let root = Arc::new(root.with_parts());
-        Ok(Self { graph, unions, bounds, root, remembered, memory })
+        Ok(Self { graph, unions, bounds, cut: FINE, root, remembered, memory, held: AtomicUsize::new(0) })
+    }
+
+    /// The same for rays that look into everything, or into what is large only.
+    pub(super) fn for_rays(self, look_into_all: bool) -> Self {
+        self.remembered.clear();
+        Self { cut: if look_into_all { FINE } else { COARSE }, ..self }
     }
 
     pub(super) fn root(&self) -> Arc<Compiled> {
@@ -83,14 +112,57 @@ impl OnDemand {
     /// The block of a state.
     fn block(&self, state: &State) -> Result<Arc<Compiled>, EvalError> {
         self.remembered.get_or_insert_with(state, || {
-            let Self { graph, bounds, unions, .. } = self;
-            let block = Compiled::block(graph, bounds.as_ref(), unions, state.clone(), LENGTH)?;
+            let Self { graph, bounds, unions, cut, .. } = self;
+            let block = Compiled::block(graph, bounds.as_ref(), unions, state.clone(), cut.length)?;
             Ok(Arc::new(block.with_parts()))
         })
     }
 
+    /// Remembers less where a thread holds more than it did.
+    fn note_held(&self, before: usize, now: usize) {
+        let all = self.held.fetch_add(now, Ordering::Relaxed) + now - before;
+        self.held.fetch_sub(before, Ordering::Relaxed);
+        self.remembered.set_capacity(capacity(self.memory, all) as u64);
+    }
+
     pub(super) fn bytes(&self) -> usize {
         usize::try_from(self.remembered.weight()).unwrap_or(usize::MAX)
+    }
+}
+
+/// The bytes of what may be remembered while threads hold so many.
+fn capacity(memory: usize, held: usize) -> usize {
+    (memory - memory / LOST).saturating_sub(held.max(memory / HELD))
+}
+
+/// The bytes that a thread holds.
+struct Share<'a> {
+    source: &'a Blocks,
+    bytes: Cell<usize>,
+    /// What the others know of.
+    noted: Cell<usize>,
+}
+
+impl Share<'_> {
+    fn add(&self, bytes: usize) {
+        self.bytes.set(self.bytes.get() + bytes);
+        if self.bytes.get() > self.noted.get() + STEP {
+            self.note(self.bytes.get());
+        }
+    }
+
+    fn note(&self, bytes: usize) {
+        if let Blocks::OnDemand(source) = self.source
+            && self.noted.get() != bytes
+        {
+            source.note_held(self.noted.replace(bytes), bytes);
+        }
+    }
+}
+
+impl Drop for Share<'_> {
+    fn drop(&mut self) {
+        self.note(0);
     }
 }
 
@@ -106,9 +178,15 @@ pub(super) struct Held<'a> {
     blocks: FrozenVec<Arc<Compiled>>,
     /// Where gates of blocks lead.
     behind: RefCell<FxHashMap<(u32, u32), Option<u32>>>,
-    /// The numbers of the blocks, by where they are in memory: many gates lead to one.
-    numbers: RefCell<FxHashMap<usize, u32>>,
-    bytes: Cell<usize>,
+    /// The numbers of the blocks, by their states: many gates lead to one.
+    numbers: RefCell<FxHashMap<State, u32>>,
+    /// Of each block, its bytes and the last question that came to it.
+    visits: RefCell<Vec<(usize, u32)>>,
+    share: Share<'a>,
+    question: u32,
+    /// The bytes of all blocks that the rays of the question have come to, and the most that they may.
+    come_to: Cell<usize>,
+    most: usize,
     /// What was wrong with a state that a ray came to.
     fault: Cell<Option<Box<EvalError>>>,
 }
@@ -120,7 +198,11 @@ impl<'a> Held<'a> {
             blocks: FrozenVec::new(),
             behind: RefCell::default(),
             numbers: RefCell::default(),
-            bytes: Cell::new(0),
+            visits: RefCell::default(),
+            share: Share { source, bytes: Cell::new(0), noted: Cell::new(0) },
+            question: 0,
+            come_to: Cell::new(0),
+            most: usize::MAX,
             fault: Cell::new(None),
         };
         held.hold(match source {
@@ -131,19 +213,29 @@ impl<'a> Held<'a> {
     }
 
     fn hold(&self, block: Arc<Compiled>) -> u32 {
-        *self.numbers.borrow_mut().entry(Arc::as_ptr(&block).addr()).or_insert_with(|| {
-            self.bytes.set(self.bytes.get() + block.all_bytes());
-            self.blocks.push(block);
-            index(self.blocks.len() - 1)
-        })
+        let bytes = block.all_bytes();
+        self.share.add(bytes);
+        self.visits.borrow_mut().push((bytes, 0));
+        self.blocks.push(block);
+        index(self.blocks.len() - 1)
     }
 
-    /// Lets go of what is held if it is too much. Numbers are void then.
-    pub(super) fn renew(&mut self) {
+    /// Begins a question, of one ray or of rays that go together. Lets go of what is held if it is too much: numbers are void
+    /// then.
+    pub(super) fn renew(&mut self, goes_together: bool) {
         let Blocks::OnDemand(source) = self.source else { return };
-        if self.bytes.get() > source.memory / HELD / rayon::current_num_threads() {
-            *self = Self::new(self.source);
+        if self.share.bytes.get() > source.memory / HELD / rayon::current_num_threads() {
+            *self = Self { fault: Cell::new(self.fault.take()), ..Self::new(self.source) };
         }
+        self.question = self.question.wrapping_add(1);
+        self.come_to.set(0);
+        self.most = if goes_together { source.cut.together } else { usize::MAX };
+    }
+
+    /// Ends a question of rays that went together, and says whether they came to too much for that. Then gates have been
+    /// left out, and what was found is void.
+    pub(super) fn is_too_much(&mut self) -> bool {
+        self.come_to.get() > std::mem::replace(&mut self.most, usize::MAX)
     }
 
     /// A block that is held.
@@ -170,22 +262,43 @@ impl<'a> Held<'a> {
         }
     }
 
-    /// The block behind a gate, unless there is something wrong with it.
+    /// The block behind a gate, unless there is something wrong with it, or the rays have come to too much.
     #[inline(never)]
     fn enter(&self, block: u32, gate: u32) -> Option<u32> {
-        let Blocks::OnDemand(source) = self.source else { unreachable!("a whole graph has no gates") };
-        if let Some(known) = self.behind.borrow().get(&(block, gate)) {
-            return *known;
+        if self.come_to.get() > self.most {
+            return None;
         }
-        let found = match source.block(&self.block(block).gates[gate as usize].state) {
-            Ok(found) => Some(self.hold(found)),
+        let known = self.behind.borrow().get(&(block, gate)).copied();
+        let number = known.unwrap_or_else(|| {
+            let found = self.find(&self.block(block).gates[gate as usize].state);
+            self.behind.borrow_mut().insert((block, gate), found);
+            self.share.add(ENTRY);
+            found
+        })?;
+        let (bytes, question) = &mut self.visits.borrow_mut()[number as usize];
+        if std::mem::replace(question, self.question) != self.question {
+            self.come_to.set(self.come_to.get() + *bytes);
+        }
+        Some(number)
+    }
+
+    /// The block of a state.
+    fn find(&self, state: &State) -> Option<u32> {
+        let Blocks::OnDemand(source) = self.source else { unreachable!("a whole graph has no gates") };
+        if let Some(number) = self.numbers.borrow().get(state) {
+            return Some(*number);
+        }
+        match source.block(state) {
+            Ok(found) => {
+                let number = self.hold(found);
+                self.numbers.borrow_mut().insert(state.clone(), number);
+                Some(number)
+            }
             Err(fault) => {
                 self.fault.set(Some(Box::new(fault)));
                 None
             }
-        };
-        self.behind.borrow_mut().insert((block, gate), found);
-        found
+        }
     }
 
     /// The size of what is not looked into in any case: recursion that never ends has no last part, and coordinates have no

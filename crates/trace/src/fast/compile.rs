@@ -138,7 +138,8 @@ impl Compiled {
         state: State,
         length: usize,
     ) -> Result<Self, EvalError> {
-        let mut states = States::new(graph, unions, bounds);
+        // The items, and the unions above them.
+        let mut states = States::new(graph, unions, bounds, 2 * length);
         let root = states.place(state)?;
         Self::close(Lists::block(&mut states, &root, length)?, &states)
     }

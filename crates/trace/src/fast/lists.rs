@@ -17,6 +17,9 @@ use super::states::{Kind, Place, States};
 /// The least number of items that a list is opened to.
 pub(super) const SHORTEST: usize = 8;
 
+/// For so many items a list has room from the beginning.
+const ROOM: usize = 64;
+
 /// The lists of all super-nodes, the root's first.
 pub(super) struct Lists {
     /// Each with the box that clips those of its places.
@@ -146,8 +149,8 @@ fn least(states: &States<'_>, start: &[Place]) -> usize {
 fn open(states: &mut States<'_>, start: Vec<Place>, length: usize) -> Result<Vec<Place>, EvalError> {
     // Each with the next one in the order of the graph.
     let count = start.len();
-    let mut places: Vec<(Place, Option<usize>)> =
-        start.into_iter().zip((1..count).map(Some).chain([None])).collect();
+    let mut places: Vec<(Place, Option<usize>)> = Vec::with_capacity(count.max(length.min(ROOM)));
+    places.extend(start.into_iter().zip((1..count).map(Some).chain([None])));
     let mut open = BinaryHeap::new();
     let enqueue = |states: &States<'_>, open: &mut BinaryHeap<Largest>, place: &Place, at| {
         if states.is_union(place) && states.part_count(place) <= length {

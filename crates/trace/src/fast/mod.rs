@@ -192,7 +192,11 @@ impl Accelerated {
                 let whole = Arc::into_inner(whole).expect("there is no tracer yet");
                 Blocks::Whole(Arc::new(whole.with_parts()))
             }
-            blocks => return Self { blocks, detail: pixels, ..self },
+            Blocks::OnDemand(source) => {
+                let blocks = Blocks::OnDemand(Box::new(source.for_rays(pixels <= 0.0)));
+                return Self { blocks, detail: pixels, ..self };
+            }
+            blocks @ Blocks::Whole(_) => return Self { blocks, detail: pixels, ..self },
         };
         let scene = Self { blocks, detail: pixels, ..self };
         let Blocks::Whole(whole) = &scene.blocks else { return scene };
@@ -324,8 +328,15 @@ impl Tracer<'_> {
     /// If there are more.
     pub fn reach_of(&mut self, rays: &[Ray]) -> [f64; PACKET] {
         self.counters.rays += rays.len() as u64;
-        self.trace_packet(rays, |_| f64::INFINITY, Ask::Nearest);
-        self.hits.t.0
+        if self.trace_packet(rays, |_| f64::INFINITY, Ask::Nearest) {
+            return self.hits.t.0;
+        }
+        let mut reach = [f64::INFINITY; PACKET];
+        for (ray, reach) in rays.iter().zip(&mut reach) {
+            self.trace_one(ray, f64::INFINITY, Ask::Nearest);
+            *reach = self.hits.t.0[0];
+        }
+        reach
     }
 
     /// The first hits of up to [`PACKET`] rays.
@@ -334,9 +345,14 @@ impl Tracer<'_> {
     /// If there are more.
     pub fn nearest_of(&mut self, rays: &[Ray], found: &mut [Option<Hit>]) {
         self.counters.rays += rays.len() as u64;
-        self.trace_packet(rays, |_| f64::INFINITY, Ask::Nearest);
-        found.fill(None);
-        self.hits_of(rays, found);
+        if self.trace_packet(rays, |_| f64::INFINITY, Ask::Nearest) {
+            found.fill(None);
+            return self.hits_of(rays, found);
+        }
+        for (ray, found) in rays.iter().zip(found) {
+            self.trace_one(ray, f64::INFINITY, Ask::Nearest);
+            *found = self.hit(0, ray);
+        }
     }
 
     /// Whether a ray meets the solid at 0 < t < `end`.
@@ -352,13 +368,20 @@ impl Tracer<'_> {
     /// If there are more.
     pub fn occluded_of(&mut self, rays: &[Ray], ends: &[f64]) -> u32 {
         self.counters.shadow_rays += rays.len() as u64;
-        self.trace_packet(rays, |lane| ends[lane], Ask::Any);
-        (0..rays.len()).filter(|lane| self.hits.found(*lane).is_some()).fold(0, |set, lane| set | 1 << lane)
+        let is_together = self.trace_packet(rays, |lane| ends[lane], Ask::Any);
+        let mut is_met = |lane: usize| {
+            if is_together {
+                return self.hits.found(lane).is_some();
+            }
+            self.trace_one(&rays[lane], ends[lane], Ask::Any);
+            self.hits.found(0).is_some()
+        };
+        (0..rays.len()).filter(|lane| is_met(*lane)).fold(0, |set, lane| set | 1 << lane)
     }
 
     fn trace_one(&mut self, ray: &Ray, end: f64, ask: Ask) {
         let Self { level, held, single, hits, solids, coat, .. } = self;
-        held.renew();
+        held.renew(false);
         *coat = None;
         hits.clear([end; PACKET]);
         let Some(start) = Single::start(held, ray) else { return };
@@ -376,12 +399,16 @@ impl Tracer<'_> {
         self.note(work);
     }
 
-    fn trace_packet(&mut self, rays: &[Ray], end: impl Fn(usize) -> f64, ask: Ask) {
+    /// Traces rays together. If they come to more than is held at one time, each has to go alone, and it says `false`.
+    fn trace_packet(&mut self, rays: &[Ray], end: impl Fn(usize) -> f64, ask: Ask) -> bool {
         assert!(rays.len() <= PACKET, "a packet has {PACKET} rays");
         let Self { level, held, packet, hits, solids, coat, .. } = self;
-        held.renew();
+        held.renew(true);
         *coat = None;
-        let Some(last) = rays.len().checked_sub(1) else { return hits.clear([0.0; PACKET]) };
+        let Some(last) = rays.len().checked_sub(1) else {
+            hits.clear([0.0; PACKET]);
+            return true;
+        };
         hits.clear(std::array::from_fn(|lane| end(lane.min(last))));
         for lane in 0..PACKET {
             packet.rays().set(lane, &rays[lane.min(last)]);
@@ -398,7 +425,9 @@ impl Tracer<'_> {
             }
         });
         let work = inquiry.work;
+        let is_together = !held.is_too_much();
         self.note(work);
+        is_together
     }
 
     fn note(&mut self, work: Work) {

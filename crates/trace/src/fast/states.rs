@@ -12,7 +12,7 @@ use std::cell::OnceCell;
 use csg_graph::{AttributeTerm, EvalError, Fault, Graph, Node, Operator, Primitive, State, Step, Transform};
 use csg_graph_bounds::{Aabb, Shape};
 use glam::{DAffine3, DMat3, DVec3};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxBuildHasher, FxHashMap};
 use smallvec::SmallVec;
 
 use super::bounds::{Bounds, Extent};
@@ -74,10 +74,11 @@ pub(crate) struct Place {
 pub(crate) type Paint = SmallVec<[(AttributeTerm, f64); 3]>;
 
 impl<'a> States<'a> {
-    /// No states yet.
-    pub(crate) fn new(graph: &'a Graph, unions: &'a Unions, bounds: Bounds<'a>) -> Self {
-        let (states, order) = (Vec::new(), Vec::new());
-        Self { graph, unions, bounds, states, numbers: FxHashMap::default(), order }
+    /// No states yet, with room for some.
+    pub(crate) fn new(graph: &'a Graph, unions: &'a Unions, bounds: Bounds<'a>, room: usize) -> Self {
+        let (states, order) = (Vec::with_capacity(room), Vec::with_capacity(room));
+        let numbers = FxHashMap::with_capacity_and_hasher(room, FxBuildHasher);
+        Self { graph, unions, bounds, states, numbers, order }
     }
 
     /// Resolves all states that the root leads to.
@@ -86,7 +87,7 @@ impl<'a> States<'a> {
         unions: &'a Unions,
         bounds: Bounds<'a>,
     ) -> Result<(Self, Place), EvalError> {
-        let mut all = Self::new(graph, unions, bounds);
+        let mut all = Self::new(graph, unions, bounds, 0);
         let root = all.place(graph.root_state())?;
         all.resolve_down_to(root.target, true)?;
         Ok((all, root))
@@ -114,7 +115,8 @@ impl<'a> States<'a> {
             let before = |part: &Place| Visit::Before(part.target);
             let kind = match self.graph.step(&self.states[number as usize].state)? {
                 Step::Operator(Operator::Union, [left, right]) => {
-                    let parts = self.parts_of(vec![(Place::at(0), right), (Place::at(0), left)])?;
+                    let room = self.unions.parts(self.states[number as usize].state.node());
+                    let parts = self.parts_of(vec![(Place::at(0), right), (Place::at(0), left)], room)?;
                     if all {
                         open.extend(parts.iter().rev().map(before));
                     }
@@ -136,11 +138,11 @@ impl<'a> States<'a> {
     }
 
     /// What is open, the last first, and instead of each union in the same rule that is written out its parts, from left to
-    /// right.
-    fn parts_of(&mut self, mut open: Vec<(Place, State)>) -> Result<Vec<Place>, EvalError> {
-        let mut parts = Vec::new();
-        while let Some((above, state)) = open.pop() {
-            let (mut place, state) = self.follow(above, state)?;
+    /// right. There is `room` for so many.
+    fn parts_of(&mut self, mut open: Vec<(Place, State)>, room: usize) -> Result<Vec<Place>, EvalError> {
+        let mut parts = Vec::with_capacity(room);
+        while let Some((mut place, state)) = open.pop() {
+            let state = self.follow(&mut place, state)?;
             let is_union = self.is_operator_at(&state, Operator::Union);
             if place.depth == 0 && is_union && self.unions.is_written_out(state.node()) {
                 let [left, right] = self.operands_at(&state)?;
@@ -163,7 +165,8 @@ impl<'a> States<'a> {
         // What is subtracted first comes last, where it is taken from.
         let mut rights = vec![(above.clone(), right)];
         loop {
-            let (place, state) = self.follow(above.clone(), left.clone())?;
+            let mut place = above.clone();
+            let state = self.follow(&mut place, left.clone())?;
             let goes_on = operator == Operator::Difference && place.depth == 0;
             if !(goes_on && self.is_operator_at(&state, operator)) {
                 break;
@@ -173,21 +176,23 @@ impl<'a> States<'a> {
             rights.push((place.clone(), right));
             above = place;
         }
-        Ok([self.parts_of(vec![(above, left)])?, self.parts_of(rights)?])
+        let room = rights.len();
+        Ok([self.parts_of(vec![(above, left)], 1)?, self.parts_of(rights, room)?])
     }
 
     /// The place that a state leads to: the next operator or primitive.
     pub(crate) fn place(&mut self, state: State) -> Result<Place, EvalError> {
-        let (mut place, state) = self.follow(Place::at(0), state)?;
+        let mut place = Place::at(0);
+        let state = self.follow(&mut place, state)?;
         place.target = self.number(state);
         Ok(place)
     }
 
     /// Goes on from a place to the state of the next operator or primitive, which is not its target yet.
-    fn follow(&self, mut place: Place, mut state: State) -> Result<(Place, State), EvalError> {
+    fn follow(&self, place: &mut Place, mut state: State) -> Result<State, EvalError> {
         loop {
             state = match self.graph.node(state.node()) {
-                Node::Operator(_) | Node::Primitive(_) => return Ok((place, state)),
+                Node::Operator(_) | Node::Primitive(_) => return Ok(state),
                 _ => match self.graph.step(&state)? {
                     Step::Select(_) if place.depth == LONGEST => return Err(self.nothing(&state)),
                     Step::Select(below) => {

@@ -73,79 +73,86 @@ pub(super) fn build(boxes: &[Aabb], first: usize, nodes: &mut Vec<Node>) -> Chil
         nodes.push(node);
         return Child::node(nodes.len() - 1);
     }
-    let mut order: Vec<usize> = (0..boxes.len()).collect();
-    let binary = binary(boxes, &mut order);
-    collapse(&binary, &order, boxes, first, nodes)
+    let mut halving = Halving::new(boxes);
+    collapse(&mut halving, first, nodes)
 }
 
-/// A binary tree over a range of the order, its children behind it.
-struct Pair {
+/// A part of the order of items.
+#[derive(Clone, Copy)]
+struct Piece {
     bounds: Aabb,
     start: usize,
     end: usize,
-    /// Indices of both halves; of a leaf, none.
-    halves: Option<[usize; 2]>,
 }
 
-fn binary(boxes: &[Aabb], order: &mut [usize]) -> Vec<Pair> {
-    let bounds = |items: &[usize]| items.iter().fold(Aabb::EMPTY, |all, item| all.join(boxes[*item]));
-    let mut pairs = vec![Pair { bounds: bounds(order), start: 0, end: order.len(), halves: None }];
-    let mut open = vec![0];
-    while let Some(at) = open.pop() {
-        let Pair { start, end, .. } = pairs[at];
-        if end - start < 2 {
-            continue;
-        }
-        let middle = start + split(boxes, &mut order[start..end]);
-        let first = pairs.len();
-        for (start, end) in [(start, middle), (middle, end)] {
-            pairs.push(Pair { bounds: bounds(&order[start..end]), start, end, halves: None });
-        }
-        pairs[at].halves = Some([first, first + 1]);
-        open.extend([first, first + 1]);
-    }
-    pairs
+/// Items in an order that is found as they are taken apart.
+struct Halving<'a> {
+    boxes: &'a [Aabb],
+    centers: Vec<DVec3>,
+    order: Vec<usize>,
+    /// For what has to be moved.
+    moved: Vec<usize>,
 }
 
-/// Partitions items in two and says how many come first: where the surface area heuristic is least, or in the middle if
-/// all are in one place. Unbounded ones are apart from the others.
-fn split(boxes: &[Aabb], items: &mut [usize]) -> usize {
-    // Unbounded boxes have no area to compare.
-    if items.iter().any(|item| !boxes[*item].is_bounded()) {
-        let unbounded = partition(items, |item| !boxes[item].is_bounded());
-        return if unbounded == items.len() { unbounded / 2 } else { unbounded };
+impl<'a> Halving<'a> {
+    fn new(boxes: &'a [Aabb]) -> Self {
+        let centers = boxes.iter().map(Aabb::center).collect();
+        Self { boxes, centers, order: (0..boxes.len()).collect(), moved: Vec::new() }
     }
-    let centers = items.iter().map(|item| boxes[*item].center());
-    let spread = Aabb::from_points(centers);
-    let mut best = (f64::INFINITY, 0, 0);
-    for axis in 0..3 {
-        let Some(bin) = binning(&spread, axis) else { continue };
-        let mut bins = [(Aabb::EMPTY, 0_usize); BINS];
-        for item in items.iter() {
-            let (bounds, count) = &mut bins[bin(boxes[*item].center())];
-            *bounds = bounds.join(boxes[*item]);
-            *count += 1;
+
+    fn piece(&self, start: usize, end: usize) -> Piece {
+        let items = &self.order[start..end];
+        let bounds = items.iter().fold(Aabb::EMPTY, |all, item| all.join(self.boxes[*item]));
+        Piece { bounds, start, end }
+    }
+
+    /// Takes a piece of two items or more apart.
+    fn halves(&mut self, Piece { start, end, .. }: Piece) -> [Piece; 2] {
+        let middle = start + self.split(start, end);
+        [self.piece(start, middle), self.piece(middle, end)]
+    }
+
+    /// Partitions the items of a piece in two and says how many come first: where the surface area heuristic is least, or in
+    /// the middle if all are in one place. Unbounded ones are apart from the others.
+    fn split(&mut self, start: usize, end: usize) -> usize {
+        let Self { boxes, centers, order, moved } = self;
+        let items = &mut order[start..end];
+        // Unbounded boxes have no area to compare.
+        if items.iter().any(|item| !boxes[*item].is_bounded()) {
+            let unbounded = partition(items, moved, |item| !boxes[item].is_bounded());
+            return if unbounded == items.len() { unbounded / 2 } else { unbounded };
         }
-        // Areas times counts of all that is in or before each bin, and then of all that is behind it.
-        let mut before = [0.0; BINS];
-        let mut sum = (Aabb::EMPTY, 0);
-        for (cost, bin) in before.iter_mut().zip(&bins) {
-            sum = (sum.0.join(bin.0), sum.1 + bin.1);
-            *cost = sum.0.surface_area() * sum.1 as f64;
-        }
-        sum = (Aabb::EMPTY, 0);
-        for last in (0..BINS - 1).rev() {
-            sum = (sum.0.join(bins[last + 1].0), sum.1 + bins[last + 1].1);
-            let cost = before[last] + sum.0.surface_area() * sum.1 as f64;
-            if cost < best.0 {
-                best = (cost, axis, last);
+        let spread = Aabb::from_points(items.iter().map(|item| centers[*item]));
+        let mut best = (f64::INFINITY, 0, 0);
+        for axis in 0..3 {
+            let Some(bin) = binning(&spread, axis) else { continue };
+            let mut bins = [(Aabb::EMPTY, 0_usize); BINS];
+            for item in items.iter() {
+                let (bounds, count) = &mut bins[bin(centers[*item])];
+                *bounds = bounds.join(boxes[*item]);
+                *count += 1;
+            }
+            // Areas times counts of all that is in or before each bin, and then of all that is behind it.
+            let mut before = [0.0; BINS];
+            let mut sum = (Aabb::EMPTY, 0);
+            for (cost, bin) in before.iter_mut().zip(&bins) {
+                sum = (sum.0.join(bin.0), sum.1 + bin.1);
+                *cost = sum.0.surface_area() * sum.1 as f64;
+            }
+            sum = (Aabb::EMPTY, 0);
+            for last in (0..BINS - 1).rev() {
+                sum = (sum.0.join(bins[last + 1].0), sum.1 + bins[last + 1].1);
+                let cost = before[last] + sum.0.surface_area() * sum.1 as f64;
+                if cost < best.0 {
+                    best = (cost, axis, last);
+                }
             }
         }
+        let (cost, axis, last) = best;
+        let bin = binning(&spread, axis).filter(|_| cost.is_finite());
+        let count = bin.map_or(0, |bin| partition(items, moved, |item| bin(centers[item]) <= last));
+        if count == 0 || count == items.len() { items.len() / 2 } else { count }
     }
-    let (cost, axis, last) = best;
-    let bin = binning(&spread, axis).filter(|_| cost.is_finite());
-    let count = bin.map_or(0, |bin| partition(items, |item| bin(boxes[item].center()) <= last));
-    if count == 0 || count == items.len() { items.len() / 2 } else { count }
 }
 
 /// The bin of a centre along an axis, unless all have the same coordinate.
@@ -158,49 +165,62 @@ fn binning(spread: &Aabb, axis: usize) -> Option<impl Fn(DVec3) -> usize> {
 }
 
 /// Moves what fulfils the condition to the front, in order, and says how much that is.
-fn partition(items: &mut [usize], condition: impl Fn(usize) -> bool) -> usize {
-    let (front, back): (Vec<usize>, Vec<usize>) = items.iter().partition(|item| condition(**item));
-    items[..front.len()].copy_from_slice(&front);
-    items[front.len()..].copy_from_slice(&back);
-    front.len()
+fn partition(items: &mut [usize], moved: &mut Vec<usize>, condition: impl Fn(usize) -> bool) -> usize {
+    moved.clear();
+    let mut count = 0;
+    for at in 0..items.len() {
+        let item = items[at];
+        if condition(item) {
+            items[count] = item;
+            count += 1;
+        } else {
+            moved.push(item);
+        }
+    }
+    items[count..].copy_from_slice(moved);
+    count
 }
 
-/// Turns pairs into wide nodes: from each, the largest pair is replaced by its halves while there is room.
-fn collapse(pairs: &[Pair], order: &[usize], boxes: &[Aabb], first: usize, nodes: &mut Vec<Node>) -> Child {
-    let item = |pair: &Pair| Child::item(first + order[pair.start]);
-    if pairs[0].halves.is_none() {
-        return item(&pairs[0]);
+/// Makes wide nodes of more than one item: from each, the largest piece is replaced by its halves while there is room.
+fn collapse(halving: &mut Halving<'_>, first: usize, nodes: &mut Vec<Node>) -> Child {
+    let all = halving.piece(0, halving.order.len());
+    if all.end < 2 {
+        return Child::item(first);
     }
     let root = Child::node(nodes.len());
-    let mut open = vec![(0, nodes.len())];
+    let mut open = vec![(all, nodes.len())];
     nodes.push(Node::EMPTY);
-    while let Some((at, node)) = open.pop() {
-        let mut children = vec![at];
-        while children.len() < WIDTH {
-            let inner = |index: &usize| pairs[children[*index]].halves.is_some();
-            // What fits into one node as a whole stays one, unless this is it.
-            let area = |index: &usize| {
-                let pair = &pairs[children[*index]];
-                let fits = pair.end - pair.start <= WIDTH && pairs[at].end - pairs[at].start > WIDTH;
-                if fits { 0.0 } else { pair.bounds.surface_area() }
-            };
-            let largest = (0..children.len()).filter(inner).max_by(|a, b| area(a).total_cmp(&area(b)));
-            let Some(largest) = largest else { break };
-            let [left, right] = pairs[children[largest]].halves.expect("only inner pairs are opened");
-            children[largest] = left;
-            children.insert(largest + 1, right);
+    let mut pieces = Vec::with_capacity(WIDTH);
+    while let Some((piece, node)) = open.pop() {
+        if piece.end - piece.start <= WIDTH {
+            let items = &halving.order[piece.start..piece.end];
+            let slots = items.iter().enumerate();
+            slots.for_each(|(slot, item)| {
+                nodes[node].put(slot, Child::item(first + item), halving.boxes[*item])
+            });
+            continue;
         }
-        for (slot, child) in children.into_iter().enumerate() {
-            let pair = &pairs[child];
-            let (target, bounds) = match pair.halves {
-                None => (item(pair), boxes[order[pair.start]]),
-                Some(_) => {
-                    open.push((child, nodes.len()));
-                    nodes.push(Node::EMPTY);
-                    (Child::node(nodes.len() - 1), pair.bounds)
-                }
+        pieces.clear();
+        pieces.push(piece);
+        while pieces.len() < WIDTH {
+            let length = |at: &usize| pieces[*at].end - pieces[*at].start;
+            // What fits into one node as a whole stays one while there is anything else to open.
+            let area = |at: &usize| if length(at) <= WIDTH { 0.0 } else { pieces[*at].bounds.surface_area() };
+            let inner = (0..pieces.len()).filter(|at| length(at) > 1);
+            let Some(largest) = inner.max_by(|a, b| area(a).total_cmp(&area(b))) else { break };
+            let [left, right] = halving.halves(pieces[largest]);
+            pieces[largest] = left;
+            pieces.insert(largest + 1, right);
+        }
+        for (slot, piece) in pieces.iter().enumerate() {
+            let target = if piece.end - piece.start < 2 {
+                Child::item(first + halving.order[piece.start])
+            } else {
+                open.push((*piece, nodes.len()));
+                nodes.push(Node::EMPTY);
+                Child::node(nodes.len() - 1)
             };
-            nodes[node].put(slot, target, bounds);
+            nodes[node].put(slot, target, piece.bounds);
         }
     }
     root
