@@ -48,10 +48,14 @@ impl<'a> Prepared<'a> {
                 ));
             }
             (Plan::Fast { detail, memory, .. }, Regime::Vast(_) | Regime::Endless) => {
-                let (bounds, usual_detail) = match regime {
-                    Regime::Endless => (StateBounds::Exact(Box::new(exact_boxes(loaded)?)), 0.5),
-                    // Envelopes are about twice as large as what is in them.
-                    _ => (StateBounds::Envelopes(Box::new(loaded.envelopes()?)), 1.0),
+                let (bounds, usual_detail, memory) = match regime {
+                    Regime::Endless => (StateBounds::Exact(Box::new(exact_boxes(loaded)?)), 0.5, memory),
+                    _ => {
+                        let envelopes = loaded.envelopes()?;
+                        let memory = memory.saturating_sub(envelopes.bytes());
+                        // They are about twice as large as what is in them.
+                        (StateBounds::Envelopes(Box::new(envelopes)), 1.0, memory)
+                    }
                 };
                 let bounding_time = start.elapsed();
                 let compiled = Accelerated::on_demand(graph.clone(), bounds, memory)

@@ -125,6 +125,36 @@ fn memory_and_threads_change_no_byte() {
 }
 
 #[test]
+fn rays_that_come_to_much_answer_alone_and_together_alike() {
+    // Each goes its own way through the crown, and together they come to more than a packet holds.
+    let graph = graph(&tree(40, 5));
+    let rays: Vec<Ray> = (0..16)
+        .map(|number| {
+            let number = f64::from(number);
+            let from = DVec3::new(0.8 * number - 6.0, -6.0, 1.0 + 0.1 * number);
+            let to = DVec3::new(0.5 - 0.06 * number, 0.0, 1.2 + 0.05 * number);
+            Ray { origin: from, direction: to - from }
+        })
+        .collect();
+    let hits = |memory: usize| {
+        let scene = enveloped(&graph, memory).with_detail(1.0);
+        let mut tracer = scene.tracer();
+        tracer.set_footprint(Footprint { width: 0.002, spread: 0.0 });
+        let mut together = vec![None; rays.len()];
+        tracer.nearest_of(&rays, &mut together);
+        let work = tracer.take_counters().tests();
+        let alone: Vec<Option<Hit>> = rays.iter().map(|ray| tracer.nearest(ray)).collect();
+        // What they did together before it was too much was in vain.
+        assert!(work > tracer.counters().tests(), "they did not go alone");
+        assert_eq!(together, alone);
+        together
+    };
+    let found = hits(1 << 28);
+    assert!(found.iter().any(Option::is_some));
+    assert_eq!(found, hits(0));
+}
+
+#[test]
 fn threads_change_no_byte_of_what_is_measured() {
     let graph = graph(&dust(10));
     let scene = whole(&graph).with_detail(4.0);

@@ -48,7 +48,7 @@ const COARSE: Cut = Cut { length: 8, together: 1 << 20 };
 const ENTRY: usize = 64;
 
 /// Of what part of the memory blocks are held by threads, and not only remembered.
-const HELD: usize = 8;
+const HELD: usize = 16;
 
 /// And what part is left to the allocator, for what is lost between blocks that came and went.
 const LOST: usize = 8;
@@ -337,5 +337,65 @@ impl<'a> Held<'a> {
 impl fmt::Debug for Held<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Held").field("blocks", &self.blocks.len()).finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use csg_graph_bounds::{Envelopes, Limits};
+
+    use super::super::hits::ROOT;
+    use super::*;
+
+    /// A tree that is all alike but for its angles, under a limit for what rays come to together.
+    fn blocks(together: usize) -> Blocks {
+        let source = "{ n = 30; } TREE
+            TREE if(n > 0, 2, 1)
+            1: TREE -> sphere
+            2: TREE -> cylinder | {n = n - 1} move(0, 0, 1) uscale(0.7)
+                       (rotx(rand(20, 40)) TREE | rotx(rand(-40, -20)) TREE)";
+        let graph = csg_graph_grammar::load(source, &[]).expect("a scene").scene.graph;
+        let bounds = StateBounds::Envelopes(Box::new(Envelopes::new(graph.clone(), &Limits::default())));
+        let mut source = OnDemand::new(graph, bounds, 1 << 20).expect("a root");
+        source.cut.together = together;
+        Blocks::OnDemand(Box::new(source))
+    }
+
+    #[test]
+    fn what_is_too_much_together_is_not_for_one() {
+        let blocks = blocks(0);
+        let mut held = Held::new(&blocks);
+        assert!(held.block(ROOT).gates.len() > 1);
+        held.renew(true);
+        assert!(held.enter(ROOT, 0).is_some() && held.enter(ROOT, 1).is_none());
+        assert!(held.is_too_much());
+        // Those that are held already count likewise, so that it does not matter what there was before.
+        held.renew(true);
+        assert!(held.enter(ROOT, 0).is_some() && held.enter(ROOT, 1).is_none());
+        assert!(held.is_too_much());
+        held.renew(false);
+        assert!(held.enter(ROOT, 0).is_some() && held.enter(ROOT, 1).is_some());
+        assert!(!held.is_too_much());
+    }
+
+    #[test]
+    fn what_is_held_is_not_remembered_besides() {
+        let blocks = blocks(usize::MAX);
+        let Blocks::OnDemand(source) = &blocks else { unreachable!("it was made so") };
+        let all = source.remembered.capacity();
+        let held = Held::new(&blocks);
+        let mut open = vec![ROOT];
+        while let Some(number) = open.pop()
+            && source.held.load(Ordering::Relaxed) <= STEP
+        {
+            let gates = 0..index(held.block(number).gates.len());
+            open.extend(gates.filter_map(|gate| held.enter(number, gate)));
+        }
+        let noted = source.held.load(Ordering::Relaxed);
+        assert!(noted > STEP && noted <= held.share.bytes.get());
+        assert!(source.remembered.capacity() <= all - (noted - source.memory / HELD) as u64 + 64);
+        drop(held);
+        assert_eq!(source.held.load(Ordering::Relaxed), 0);
+        assert!(source.remembered.capacity() >= all);
     }
 }
