@@ -17,6 +17,7 @@ use csg_graph_bounds::Aabb;
 use glam::{DVec3, Mat3, Mat3A, Vec3, Vec3A};
 
 use super::compile::{Compiled, Content, Item, SuperNode};
+use super::cover::behind;
 use super::frame::narrow;
 use super::hits::Place;
 use super::lanes::LANES;
@@ -65,8 +66,8 @@ pub(super) struct Part {
     super_from_item: Mat3,
     most: f32,
     is_similar: bool,
-    /// The part of the rays through the box that what is in it stops.
-    pub(super) cover: f32,
+    /// How many of the rays through the box are stopped: its place among the covers, if that was measured.
+    pub(super) cover: u32,
 }
 
 impl Part {
@@ -77,7 +78,7 @@ impl Part {
         let excess =
             super_from_item.transpose() * super_from_item - Mat3::from_diagonal(Vec3::splat(most * most));
         let is_similar = excess.to_cols_array().iter().all(|entry| entry.abs() <= 1e-5 * most * most);
-        Self { bounds: Aabb::ALL, size: f32::INFINITY, super_from_item, most, is_similar, cover: 1.0 }
+        Self { bounds: Aabb::ALL, size: f32::INFINITY, super_from_item, most, is_similar, cover: u32::MAX }
     }
 }
 
@@ -86,8 +87,9 @@ impl Part {
 pub(super) struct Detail {
     footprint: Footprint,
     ways: Vec<Stretch>,
-    /// What each ray of a packet may still go through, if it has come to anything that is small.
-    patience: [Option<f32>; LANES],
+    /// Of each ray of a packet that has come to anything small: what share of such rays is left, and at what share it is
+    /// stopped.
+    left: [Option<[f32; 2]>; LANES],
 }
 
 /// What the linear part of a map does to sizes: a similarity, which comes last, and what there is before it.
@@ -135,7 +137,7 @@ fn largest(map: &Mat3A) -> f32 {
 
 impl Detail {
     pub(super) fn new() -> Self {
-        Self { footprint: Footprint::LINE, ways: Vec::new(), patience: [None; LANES] }
+        Self { footprint: Footprint::LINE, ways: Vec::new(), left: [None; LANES] }
     }
 
     /// What is not larger than that is small.
@@ -145,7 +147,7 @@ impl Detail {
 
     /// At the root, with other rays.
     pub(super) fn clear(&mut self) {
-        self.patience = [None; LANES];
+        self.left = [None; LANES];
         self.ways.clear();
         self.ways.push(Stretch::NONE);
     }
@@ -182,12 +184,12 @@ impl Detail {
                 })
     }
 
-    /// Whether a ray is stopped by what stops some part of the rays. What a ray may go through is the same for all
-    /// that it meets, so that parts which cover the more together hide what is behind them.
-    pub(super) fn stops(&mut self, lane: usize, ray: &Ray, cover: f32) -> bool {
-        let left = self.patience[lane].get_or_insert_with(|| narrow(Dice::of(ray).throw()));
-        *left -= cover;
-        *left < 0.0
+    /// Whether a ray is stopped by what stops some share of the rays, and stops them with others as `apart` says. What a ray
+    /// may go through is the same for all that it meets.
+    pub(super) fn stops(&mut self, lane: usize, ray: &Ray, cover: f32, apart: f32) -> bool {
+        let [left, patience] = self.left[lane].get_or_insert_with(|| [1.0, narrow(Dice::of(ray).throw())]);
+        *left = behind(*left, cover, apart);
+        *left < *patience
     }
 
     /// Where a ray in a super-node is in the box of an item, but for what it leaves there.
@@ -209,7 +211,7 @@ fn closest(ray: &Ray, point: DVec3) -> f64 {
 
 /// Where a ray is in a box.
 #[inline(never)]
-pub(super) fn extents(bounds: &Aabb, ray: &Ray) -> Extents {
+fn extents(bounds: &Aabb, ray: &Ray) -> Extents {
     let [mut near, mut far] = [f64::NEG_INFINITY, f64::INFINITY];
     for axis in 0..3 {
         let (origin, direction) = (ray.origin[axis], ray.direction[axis]);

@@ -10,11 +10,12 @@
 //! - [`packet`], [`single`]: the first hit of rays together and alone; [`lanes`] and [`shapes`] are their arithmetic;
 //! - [`solid`], [`cuts`], [`face`]: the first boundary of the results of ∩ and \\, alone and together, and whose face it is;
 //! - [`hits`], [`together`]: what was hit, and the way to it; and its surface and normal for several rays;
-//! - [`detail`], [`look`], [`sample`]: what is too small to be looked into, and what is seen of it.
+//! - [`detail`], [`look`], [`cover`], [`survey`], [`sample`]: what is too small to be looked into, and what is seen of it.
 
 pub(crate) mod blocks;
 mod bounds;
 mod compile;
+mod cover;
 mod cuts;
 mod detail;
 mod face;
@@ -30,6 +31,7 @@ mod shapes;
 mod single;
 mod solid;
 pub(crate) mod states;
+mod survey;
 mod together;
 mod tree;
 pub(crate) mod unions;
@@ -45,11 +47,11 @@ use self::blocks::{Blocks, Held, OnDemand};
 pub(crate) use self::bounds::Bounds;
 pub use self::bounds::StateBounds;
 use self::compile::{Compiled, Content};
+use self::cover::Cover;
 use self::detail::Detail;
 pub use self::detail::Footprint;
 use self::face::Faces;
-use self::frame::Narrow;
-use self::hits::{Hits, Place, ROOT, START};
+use self::hits::{Hits, Place};
 use self::lanes::transform;
 use self::packet::Packet;
 use self::sample::Dice;
@@ -124,11 +126,11 @@ impl Inquiry<'_> {
     #[inline(never)]
     fn meet_small(&mut self, block: &Compiled, lane: usize, (way, child): (u32, Child), ray: &Ray, t: f64) {
         let Some(detail) = &mut self.hits.detail else { return };
-        let cover = match child.get() {
-            Ok(item) => block.parts[item].cover,
-            Err(node) => block.looks.nodes[node].cover,
-        };
-        if !detail.leaves(way, ray, t) && detail.stops(lane, ray, cover) {
+        if detail.leaves(way, ray, t) {
+            return;
+        }
+        let mut stops = |cover: &Cover| detail.stops(lane, ray, cover.along(ray.direction), cover.apart);
+        if block.cover(child).is_none_or(&mut stops) {
             self.answer(lane, t, Place::box_of(way, child), || (way, *ray));
         }
     }
@@ -189,23 +191,14 @@ impl Accelerated {
     pub fn with_detail(self, pixels: f64) -> Self {
         let blocks = match self.blocks {
             Blocks::Whole(whole) if pixels > 0.0 => {
-                let whole = Arc::into_inner(whole).expect("there is no tracer yet");
-                Blocks::Whole(Arc::new(whole.with_parts()))
+                let whole = Arc::into_inner(whole).expect("there is no tracer yet").with_parts();
+                let found = whole.survey(self.level);
+                Blocks::Whole(Arc::new(whole.with_looks(found)))
             }
-            Blocks::OnDemand(source) => {
-                let blocks = Blocks::OnDemand(Box::new(source.for_rays(pixels <= 0.0)));
-                return Self { blocks, detail: pixels, ..self };
-            }
-            blocks @ Blocks::Whole(_) => return Self { blocks, detail: pixels, ..self },
+            Blocks::OnDemand(source) => Blocks::OnDemand(Box::new(source.for_rays(pixels <= 0.0))),
+            blocks @ Blocks::Whole(_) => blocks,
         };
-        let scene = Self { blocks, detail: pixels, ..self };
-        let Blocks::Whole(whole) = &scene.blocks else { return scene };
-        let mut tracer = scene.tracer();
-        let found = whole.survey(&mut |number, line| tracer.stops(number, line));
-        drop(tracer);
-        let Blocks::Whole(whole) = scene.blocks else { unreachable!("it has been whole") };
-        let whole = Arc::into_inner(whole).expect("the only tracer is gone").with_looks(found);
-        Self { blocks: Blocks::Whole(Arc::new(whole)), ..scene }
+        Self { blocks, detail: pixels, ..self }
     }
 
     /// The memory of the acceleration structure, in bytes: where it is made on demand, of what is remembered now.
@@ -299,26 +292,6 @@ impl Tracer<'_> {
         let place = self.face(place, ray, self.hits.t.0[0]);
         self.last = Some(place);
         self.hit(0, place, ray)
-    }
-
-    /// Whether a super-node of the whole stops a ray in its frame; nothing if too many boxes were tested before.
-    fn stops(&mut self, number: u32, ray: &Ray) -> Option<bool> {
-        const BOXES: u64 = 1 << 21;
-        if self.counters.box_tests > BOXES {
-            return None;
-        }
-        let Self { level, held, single, hits, solids, .. } = self;
-        hits.clear([f64::INFINITY; PACKET]);
-        let ball = &held.block(ROOT).supers[number as usize];
-        let start = ball.root.and_then(|child| Some((Narrow::new(*ray, ball, ROOT, START)?, child)));
-        let Some(start) = start else { return Some(false) };
-        let mut inquiry = Inquiry { held, ask: Ask::Any, hits, solids, work: Work::default() };
-        dispatch!(*level, simd => {
-            single.trace::<_, false>(simd, &mut inquiry, 0, start);
-        });
-        let work = inquiry.work;
-        self.note(work);
-        Some(self.hits.found(0).is_some())
     }
 
     /// How far up to [`PACKET`] rays go: the parameters of their first hits, infinite for those that hit nothing. What is

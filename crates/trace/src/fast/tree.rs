@@ -33,12 +33,14 @@ pub(super) struct Node {
     pub(super) count: u32,
     /// The diagonal of all of it in the frame of the super-node, if rays may see how large it is.
     pub(super) size: f32,
+    /// How many of the rays through it are stopped: its place among the covers, if that was measured.
+    pub(super) cover: u32,
 }
 
 impl Child {
     const ITEM: u32 = 1 << 31;
 
-    fn node(index: usize) -> Self {
+    pub(super) fn node(index: usize) -> Self {
         Self(
             u32::try_from(index)
                 .ok()
@@ -227,8 +229,13 @@ fn collapse(halving: &mut Halving<'_>, first: usize, nodes: &mut Vec<Node>) -> C
 }
 
 impl Node {
-    const EMPTY: Self =
-        Self { planes: [[0.0; WIDTH]; 6], children: [Child(0); WIDTH], count: 0, size: f32::INFINITY };
+    const EMPTY: Self = Self {
+        planes: [[0.0; WIDTH]; 6],
+        children: [Child(0); WIDTH],
+        count: 0,
+        size: f32::INFINITY,
+        cover: u32::MAX,
+    };
 
     /// For each axis, the planes where a ray comes in, given whether its coordinate falls.
     #[inline(always)]

@@ -1,0 +1,346 @@
+//! Measures what is seen of all small parts, before the first ray.
+//!
+//! Lines are drawn through the box of each node, some for each direction that is told apart. A line is followed through a
+//! super-node and those that it leads to. Of what is further below it goes by what was measured there: super-nodes are
+//! measured from the leaves upwards, each once, so that ever deeper recursion costs no more.
+//!
+//! How the children of a node stop lines together cannot be known from each alone. But it is known what their parts do, from
+//! the same lines, and what the covers of the children would have it be if these were side by side, by chance, or one behind
+//! the other. One number is fitted to that for each super-node.
+
+mod estimate;
+mod faces;
+mod lines;
+#[cfg(test)]
+mod tests;
+
+use csg_graph::AttributeTerm;
+use csg_graph_bounds::Aabb;
+use fearless_simd::{Level, Simd, dispatch};
+use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
+
+use self::estimate::{Tally, Together, shrink};
+use self::lines::{Throws, flux};
+use super::compile::{Compiled, Content};
+use super::cover::{self, CELLS, Cover, behind};
+use super::frame::{Narrow, narrow};
+use super::hits::{ROOT, START};
+use super::lanes::transform;
+use super::look::{Look, Seen};
+use super::sample::Dice;
+use super::single;
+use super::tree::{Child, WIDTH};
+use crate::{Ray, shapes};
+
+/// Lines through the box of a super-node in each direction, unless there are too many boxes.
+const LINES: usize = 48;
+
+/// And through the box of another node.
+const LINES_BELOW: usize = 8;
+
+/// With fewer, directions are not told apart.
+const FEW_LINES: usize = 4;
+
+/// All lines together, more or less.
+const ALL_LINES: usize = 1 << 18;
+
+/// The most of what lines meet that is remembered.
+const SEEN: usize = 8;
+
+/// What was measured.
+pub(super) struct Surveyed {
+    /// The boxes of nodes in the frames of their super-nodes.
+    pub(super) bounds: Vec<Aabb>,
+    pub(super) looks: Vec<Look>,
+    /// The covers of nodes.
+    pub(super) nodes: Vec<Cover>,
+    /// Those of items; none of what is always looked into.
+    pub(super) items: Vec<Option<Cover>>,
+    pub(super) paints: Vec<Vec<(AttributeTerm, f64)>>,
+}
+
+/// Where a line comes to a child of a node, and what of it stops lines.
+#[derive(Clone, Copy, Debug)]
+struct Meeting {
+    t: f64,
+    cover: f32,
+    apart: f32,
+    child: Child,
+}
+
+impl Meeting {
+    #[inline(always)]
+    fn new(t: f64, cover: &Cover, ray: &Ray, child: Child) -> Self {
+        Self { t, cover: cover.along(ray.direction), apart: cover.apart, child }
+    }
+}
+
+type Meetings = SmallVec<[Meeting; WIDTH]>;
+
+/// Measures one super-node after the other.
+struct Survey<'b> {
+    block: &'b Compiled,
+    level: Level,
+    /// The most lines through a box.
+    lines: usize,
+    /// What is known so far.
+    found: Surveyed,
+    numbers: FxHashMap<Vec<(AttributeTerm, u64)>, u32>,
+    /// Of a line that is followed: what is left to do, and the ray in the super-nodes that it is in.
+    open: Vec<(usize, Child)>,
+    frames: Vec<Narrow>,
+    /// And the items of the first super-node that it has met.
+    parts: Meetings,
+}
+
+impl Compiled {
+    /// Measures what is seen of all nodes and items.
+    pub(super) fn survey(&self, level: Level) -> Surveyed {
+        let mut survey = Survey {
+            block: self,
+            level,
+            lines: (ALL_LINES / self.nodes.len().max(1)).max(2),
+            found: Surveyed {
+                bounds: vec![Aabb::ALL; self.nodes.len()],
+                looks: vec![Look::default(); self.nodes.len()],
+                nodes: vec![Cover::ALL; self.nodes.len()],
+                items: vec![Some(Cover::ALL); self.items.len()],
+                paints: Vec::new(),
+            },
+            numbers: FxHashMap::default(),
+            open: Vec::new(),
+            frames: Vec::new(),
+            parts: Meetings::new(),
+        };
+        self.upwards().into_iter().for_each(|number| survey.measure(number));
+        survey.found
+    }
+}
+
+impl Survey<'_> {
+    /// Measures the items and nodes of a super-node. Those that it leads to have been measured.
+    fn measure(&mut self, number: u32) {
+        let block = self.block;
+        let items: Vec<usize> = block.items_of(number).collect();
+        let nodes = block.nodes_of(number);
+        for item in &items {
+            self.found.items[*item] = self.cover_of_item(*item);
+        }
+        let mut together = Together::default();
+        for node in nodes.iter().rev() {
+            self.look_at(number, *node, &mut together);
+        }
+        let apart = together.apart();
+        for item in items {
+            self.found.items[item].iter_mut().for_each(|cover| cover.apart = apart);
+        }
+        for node in nodes {
+            self.found.nodes[node].apart = apart;
+        }
+    }
+
+    /// The cover of an item, unless it is always looked into: what is seen of the root of its super-node is the same
+    /// through another box.
+    fn cover_of_item(&self, at: usize) -> Option<Cover> {
+        /// Directions in each cell, in each of both ways across.
+        const STEPS: u8 = 2;
+        let block = self.block;
+        let item = &block.items[at];
+        let number = match item.content {
+            Content::Super(number) => number,
+            Content::Shape(_) => return None,
+            Content::Solid(_) | Content::Gate(_) => return Some(Cover::ALL),
+        };
+        let root = block.root_node(number).filter(|root| self.found.looks[*root].is_seen())?;
+        let [outer, inner] = [block.parts[at].bounds, self.found.bounds[root]];
+        let by_volume = 1.0 / item.item_from_super.matrix3.determinant().abs();
+        let steps = || (0..STEPS).map(|step| (f64::from(step) + 0.5) / f64::from(STEPS));
+        let cells = std::array::from_fn(|cell| {
+            let mut sum = [0.0; 2];
+            for across in steps().flat_map(|u| steps().map(move |v| [u, v])) {
+                let direction = cover::direction_in(cell, across);
+                let inside = item.item_from_super.matrix3 * direction;
+                let cover = f64::from(self.found.nodes[root].along(inside));
+                sum[0] += cover * flux(&inner, inside) * by_volume;
+                sum[1] += flux(&outer, direction);
+            }
+            narrow((sum[0] / sum[1]).clamp(0.0, 1.0))
+        });
+        Some(Cover { cells, apart: self.found.nodes[root].apart })
+    }
+
+    /// Draws lines through the box of a node and looks at where they are stopped.
+    fn look_at(&mut self, number: u32, node: usize, together: &mut Together) {
+        let block = self.block;
+        let ball = &block.supers[number as usize];
+        let unit = &block.nodes[node];
+        let unit = (0..WIDTH.min(unit.count as usize)).map(|slot| unit.bounds(slot));
+        let bounds = ball.bounds(unit.fold(Aabb::EMPTY, Aabb::join));
+        self.found.bounds[node] = bounds;
+        if !bounds.is_bounded() || bounds.surface_area() <= 0.0 {
+            return;
+        }
+        let mut dice = Dice::at(bounds.min);
+        let is_root = block.root_node(number) == Some(node);
+        let is_super = |item: usize| matches!(block.items[item].content, Content::Super(_));
+        let are_primitives = is_root && !block.items_of(number).any(is_super);
+        let lines = self.lines.min(CELLS * if is_root { LINES } else { LINES_BELOW });
+        let throws: [Throws; CELLS] = std::array::from_fn(|_| Throws::new(&mut dice));
+        let mut tallies = [Tally::default(); CELLS];
+        let mut seen = Vec::new();
+        for line in 0..lines {
+            // Neighbours are far from each other.
+            let cell = line * STRIDE % CELLS;
+            let (line, weight) = throws[cell].line(&bounds, cell, line / CELLS);
+            let Some(inside) = Narrow::new(line, ball, ROOT, START) else { continue };
+            let left = dispatch!(self.level, simd => self.follow(simd, node, inside, usize::from(is_root)));
+            tallies[cell].add(weight, 1.0 - f64::from(left));
+            if !is_root && seen.len() == SEEN {
+                continue;
+            }
+            let mut met = dispatch!(self.level, simd => self.meet(simd, node, &inside));
+            // Of primitives it is known how they stop lines: what is not are the nodes above them.
+            let parts = if are_primitives { &met } else { &self.parts };
+            if is_root && parts.len() > 1 {
+                together.add(parts, left);
+            }
+            if seen.len() < SEEN && !met.is_empty() {
+                met.sort_unstable_by(|one, other| one.t.total_cmp(&other.t));
+                let patience = narrow(dice.throw());
+                let mut left = 1.0;
+                let first = met.iter().find(|meeting| {
+                    left = behind(left, meeting.cover, meeting.apart);
+                    left < patience
+                });
+                if let Some(first) = first {
+                    let face = self.see(*first, &line, &mut dice);
+                    seen.extend(face.map(|face| {
+                        let open = face.open * self.open(ball, node, *first, &line, &face, &mut dice);
+                        Seen { open, ..face }
+                    }));
+                }
+            }
+        }
+        let cells = if lines < FEW_LINES * CELLS {
+            let all = tallies.into_iter().fold(Tally::default(), Tally::with);
+            [narrow(all.mean()); CELLS]
+        } else {
+            shrink(&tallies, &self.depths(node, &bounds)).map(narrow)
+        };
+        self.found.nodes[node] = Cover { cells, apart: 0.0 };
+        self.found.looks[node] = Look::new(seen);
+    }
+
+    /// How much the children of a node cover in each direction, together and all over its box, if nothing of them were behind
+    /// another one.
+    fn depths(&self, node: usize, bounds: &Aabb) -> [f64; CELLS] {
+        let block = self.block;
+        std::array::from_fn(|cell| {
+            let direction = cover::direction_in(cell, [0.5; 2]);
+            let covered = block.children(node).map(|child| {
+                let (bounds, cover) = match child.get() {
+                    Err(below) => (&self.found.bounds[below], Some(&self.found.nodes[below])),
+                    Ok(at) => (&block.parts[at].bounds, self.found.items[at].as_ref()),
+                };
+                flux(bounds, direction) * cover.map_or(1.0, |cover| f64::from(cover.cells[cell]))
+            });
+            covered.sum::<f64>() / flux(bounds, direction)
+        })
+    }
+
+    /// The share of rays that is left of one that goes through a node, and through super-nodes that it leads to, so many
+    /// below each other.
+    #[inline(always)]
+    fn follow<S: Simd>(&mut self, simd: S, node: usize, narrow: Narrow, deep: usize) -> f32 {
+        let block = self.block;
+        let mut left = 1.0;
+        self.frames.clear();
+        self.frames.push(narrow);
+        self.open.clear();
+        self.open.push((0, Child::node(node)));
+        self.parts.clear();
+        // A frame that is not the first is one below it.
+        while let Some((frame, child)) = self.open.pop() {
+            let narrow = &self.frames[frame];
+            let at = match child.get() {
+                Err(node) => {
+                    let node = &block.nodes[node];
+                    let (_, mut met) = single::met(simd, node, &narrow.line, narrow.start, f32::MAX);
+                    while met != 0 {
+                        self.open.push((frame, node.children[met.trailing_zeros() as usize % WIDTH]));
+                        met &= met - 1;
+                    }
+                    continue;
+                }
+                Ok(at) => at,
+            };
+            let item = &block.items[at];
+            match (&self.found.items[at], item.content) {
+                (Some(cover), Content::Super(number)) if frame == 0 && deep > 0 => {
+                    self.parts.push(Meeting::new(0.0, cover, &narrow.ray, child));
+                    let below = &block.supers[number as usize];
+                    let ray = transform(&narrow.ray, &item.item_from_super);
+                    if let (Some(narrow), Some(root)) = (Narrow::new(ray, below, ROOT, START), below.root) {
+                        self.frames.push(narrow);
+                        self.open.push((self.frames.len() - 1, root));
+                    }
+                }
+                (Some(cover), _) => {
+                    left = behind(left, cover.along(narrow.ray.direction), cover.apart);
+                }
+                (None, _) => {
+                    if self.meet_whole(narrow, at).is_some() {
+                        left = 0.0;
+                        if frame == 0 {
+                            self.parts.push(Meeting { t: 0.0, cover: 1.0, apart: 0.0, child });
+                        }
+                    }
+                }
+            }
+        }
+        left
+    }
+
+    /// Where a ray meets an item that is always looked into: a primitive, or what is as good as its box.
+    fn meet_whole(&self, narrow: &Narrow, at: usize) -> Option<f64> {
+        let item = &self.block.items[at];
+        let Content::Shape(shape) = item.content else { return Some(0.0) };
+        let inside = transform(&narrow.ray, &item.item_from_super);
+        single::first(&shapes::extents(&self.block.shapes[shape as usize], &inside))
+    }
+
+    /// What a ray meets of the children of a node.
+    #[inline(always)]
+    fn meet<S: Simd>(&self, simd: S, node: usize, narrow: &Narrow) -> Meetings {
+        let block = self.block;
+        let mut meetings = Meetings::new();
+        let (near, mut met) = single::met(simd, &block.nodes[node], &narrow.line, narrow.start, f32::MAX);
+        while met != 0 {
+            let slot = met.trailing_zeros() as usize % WIDTH;
+            met &= met - 1;
+            let child = block.nodes[node].children[slot];
+            let mut t = narrow.t(near[slot]);
+            let cover = match child.get() {
+                Err(below) => Some(&self.found.nodes[below]),
+                Ok(at) => self.found.items[at].as_ref(),
+            };
+            let (cover, apart) = match (cover, child.get()) {
+                (Some(cover), _) => (cover.along(narrow.ray.direction), cover.apart),
+                (None, Ok(at)) => {
+                    let Some(first) = self.meet_whole(narrow, at) else { continue };
+                    t = first.max(t);
+                    (1.0, 0.0)
+                }
+                (None, Err(_)) => unreachable!("all nodes have covers"),
+            };
+            if cover > 0.0 {
+                meetings.push(Meeting { t, cover, apart, child });
+            }
+        }
+        meetings
+    }
+}
+
+/// Coprime with the number of cells.
+const STRIDE: usize = 10;
