@@ -287,6 +287,10 @@ impl Tracer<'_> {
     /// The first hit of a ray, as [`Walk::nearest`](crate::Walk::nearest).
     pub fn nearest(&mut self, ray: &Ray) -> Option<Hit> {
         self.counters.rays += 1;
+        self.nearest_alone(ray)
+    }
+
+    fn nearest_alone(&mut self, ray: &Ray) -> Option<Hit> {
         self.trace_one(ray, f64::INFINITY, Ask::Nearest);
         let place = self.hits.found(0)?;
         let place = self.face(place, ray, self.hits.t.0[0]);
@@ -323,8 +327,7 @@ impl Tracer<'_> {
             return self.hits_of(rays, found);
         }
         for (ray, found) in rays.iter().zip(found) {
-            self.trace_one(ray, f64::INFINITY, Ask::Nearest);
-            *found = self.hit(0, ray);
+            *found = self.nearest_alone(ray);
         }
     }
 
