@@ -47,7 +47,7 @@ impl Tally {
 /// much of it is hidden. So the second is fitted to all of the first by one number, and what is left in single directions
 /// counts as far as there is more of it than noise \[EFRO77\].
 pub(super) fn shrink(tallies: &[Tally; CELLS], depths: &[f64; CELLS]) -> [f64; CELLS] {
-    /// How many times their variance squares have to be more than to count.
+    /// Squares count as far as they are more than so many times their variance.
     const DOUBT: f64 = 2.0;
     /// Halvings of the interval that holds the number.
     const STEPS: u8 = 40;
@@ -88,7 +88,7 @@ pub(super) struct Together {
 }
 
 impl Together {
-    /// Takes what is left of a line by chance.
+    /// Takes what a line has met, and what was left of it.
     pub(super) fn add(&mut self, met: &[Meeting], left: f32) {
         let [beside, by_chance, behind] = [1.0, 0.0, -1.0]
             .map(|apart| met.iter().fold(1.0, |left, meeting| behind(left, meeting.cover, apart)));

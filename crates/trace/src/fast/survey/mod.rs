@@ -45,6 +45,9 @@ const FEW_LINES: usize = 4;
 /// All lines together, more or less.
 const ALL_LINES: usize = 1 << 18;
 
+/// The most super-nodes that a line is followed through. Of others it goes by what was measured.
+const ENTERED: usize = 64;
+
 /// The most of what lines meet that is remembered.
 const SEEN: usize = 8;
 
@@ -194,7 +197,7 @@ impl Survey<'_> {
             let cell = line * STRIDE % CELLS;
             let (line, weight) = throws[cell].line(&bounds, cell, line / CELLS);
             let Some(inside) = Narrow::new(line, ball, ROOT, START) else { continue };
-            let left = dispatch!(self.level, simd => self.follow(simd, node, inside, usize::from(is_root)));
+            let left = dispatch!(self.level, simd => self.follow(simd, node, inside, is_root));
             tallies[cell].add(weight, 1.0 - f64::from(left));
             if !is_root && seen.len() == SEEN {
                 continue;
@@ -249,10 +252,10 @@ impl Survey<'_> {
         })
     }
 
-    /// The share of rays that is left of one that goes through a node, and through super-nodes that it leads to, so many
-    /// below each other.
+    /// The share of rays that is left of one that goes through a node, and from the root of a super-node through those that
+    /// it leads to.
     #[inline(always)]
-    fn follow<S: Simd>(&mut self, simd: S, node: usize, narrow: Narrow, deep: usize) -> f32 {
+    fn follow<S: Simd>(&mut self, simd: S, node: usize, narrow: Narrow, is_root: bool) -> f32 {
         let block = self.block;
         let mut left = 1.0;
         self.frames.clear();
@@ -277,7 +280,9 @@ impl Survey<'_> {
             };
             let item = &block.items[at];
             match (&self.found.items[at], item.content) {
-                (Some(cover), Content::Super(number)) if frame == 0 && deep > 0 => {
+                (Some(cover), Content::Super(number))
+                    if is_root && frame == 0 && self.frames.len() < ENTERED =>
+                {
                     self.parts.push(Meeting::new(0.0, cover, &narrow.ray, child));
                     let below = &block.supers[number as usize];
                     let ray = transform(&narrow.ray, &item.item_from_super);
