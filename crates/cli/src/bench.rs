@@ -21,6 +21,7 @@ use crate::{Failure, print};
 struct Report {
     scene: String,
     set: Vec<String>,
+    zoom: Option<f64>,
     engine: String,
     width: u32,
     height: u32,
@@ -55,14 +56,17 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
         return sweep::run(args, &loaded, path, sweep);
     }
     let (width, height) = (args.size.width, args.size.height);
-    let stage = Stage::set(&loaded, plan, f64::from(width) / f64::from(height))?;
+    let mut stage = Stage::set(&loaded, plan, f64::from(width) / f64::from(height))?;
+    let pool = stage.threads(args.threads)?;
+    if let Some(factor) = args.zoom {
+        pool.install(|| stage.zoom(factor))?;
+    }
     let mut setups = Vec::new();
     for _ in 0..args.reps {
         setups.push(Prepared::new(&loaded, &stage.regime, plan)?.setup_time);
     }
 
     let world = stage.world();
-    let pool = stage.threads(args.threads)?;
     let settings = Settings { width, height, samples: 1, ..Settings::default() };
     let (primary_times, pass) =
         repeat(args.reps, &pool, || primary(&world, width, height)).map_err(|error| stage.failure(error))?;
@@ -78,6 +82,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
     let report = Report {
         scene: loaded.name.clone(),
         set: loaded.set.clone(),
+        zoom: args.zoom,
         engine: stage.prepared.kind().to_string(),
         width,
         height,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::bounds::{Sweep, svg_path};
-use super::values::whole;
+use super::values::{whole, zoom_factor};
 use super::{EngineArgs, Format, SceneArgs, Size};
 
 /// Arguments of `bench`.
@@ -23,6 +23,9 @@ pub struct BenchArgs {
     /// Repetitions, of which the median counts; one more goes before them to warm up
     #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 5, value_parser = whole::<u32>(1..=10_000))]
     pub reps: u32,
+    /// Go so many times closer to the smallest part that is seen from where the scene's camera is, as render does
+    #[arg(long, value_name = "FACTOR", allow_hyphen_values = true, value_parser = zoom_factor, conflicts_with = "plot")]
+    pub zoom: Option<f64>,
     /// What finds the hits.
     #[command(flatten)]
     pub engine: EngineArgs,
