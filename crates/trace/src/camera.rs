@@ -1,9 +1,11 @@
 //! The pinhole camera, and where to put it when nobody says.
 
+use std::ops::Range;
+
 use csg_graph_bounds::Aabb;
 use glam::DVec3;
 
-use crate::Ray;
+use crate::{Beam, Ray};
 
 /// A pinhole camera in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -164,6 +166,15 @@ impl Lens {
         let [width, height] = self.pixel;
         let direction = self.forward + self.right * (x * width - 1.0) + self.up * (1.0 - y * height);
         Ray { origin: self.eye, direction }
+    }
+
+    /// The rays through some columns and rows of pixels.
+    pub fn beam(&self, columns: &Range<u32>, rows: &Range<u32>) -> Beam {
+        let [x, y] = [columns.start, rows.start].map(f64::from);
+        let corner = self.ray(x, y).direction;
+        let [next, other] = [[f64::from(columns.end), y], [x, f64::from(rows.end)]];
+        let [across, down] = [next, other].map(|[x, y]| self.ray(x, y).direction - corner);
+        Beam { origin: self.eye, corner, across, down }
     }
 }
 

@@ -5,7 +5,7 @@ use csg_graph_bounds::HyperBoxes;
 use rustc_hash::FxHashMap;
 
 use crate::fast::{self, Accelerated};
-use crate::{Counters, Footprint, Grid, GridTracer, Hit, Ray, Walk};
+use crate::{Beam, Counters, Footprint, Grid, GridTracer, Hit, Ray, Walk};
 
 /// What finds hits for a picture.
 #[derive(Clone, Copy, Debug)]
@@ -84,6 +84,25 @@ impl Tracer<'_> {
 
     /// The first hits of some rays, no more than the engine takes together.
     pub(crate) fn nearest(&mut self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) -> Result<(), EvalError> {
+        self.nearest_from(None, rays, hits)
+    }
+
+    /// The same for rays of a beam.
+    pub(crate) fn nearest_within(
+        &mut self,
+        beam: &Beam,
+        rays: &[Ray],
+        hits: &mut Vec<Option<Hit>>,
+    ) -> Result<(), EvalError> {
+        self.nearest_from(Some(beam), rays, hits)
+    }
+
+    fn nearest_from(
+        &mut self,
+        beam: Option<&Beam>,
+        rays: &[Ray],
+        hits: &mut Vec<Option<Hit>>,
+    ) -> Result<(), EvalError> {
         hits.clear();
         match self {
             Self::Reference(walk) => {
@@ -93,7 +112,10 @@ impl Tracer<'_> {
             }
             Self::Fast(tracer) => {
                 hits.resize(rays.len(), None);
-                tracer.nearest_of(rays, hits);
+                match beam {
+                    Some(beam) => tracer.nearest_within(beam, rays, hits),
+                    None => tracer.nearest_of(rays, hits),
+                }
                 tracer.take_fault().map_or(Ok(()), Err)?;
             }
             Self::Grid(tracer) => hits.extend(rays.iter().map(|ray| tracer.nearest(ray))),
@@ -101,8 +123,8 @@ impl Tracer<'_> {
         Ok(())
     }
 
-    /// How many of some rays hit anything, no more rays than the engine takes together.
-    pub(crate) fn count_hits(&mut self, rays: &[Ray]) -> Result<u64, EvalError> {
+    /// How many of some rays of a beam hit anything, no more rays than the engine takes together.
+    pub(crate) fn count_hits(&mut self, beam: &Beam, rays: &[Ray]) -> Result<u64, EvalError> {
         let mut count = 0;
         match self {
             Self::Reference(walk) => {
@@ -111,7 +133,7 @@ impl Tracer<'_> {
                 }
             }
             Self::Fast(tracer) => {
-                let reach = tracer.reach_of(rays);
+                let reach = tracer.reach_within(beam, rays);
                 tracer.take_fault().map_or(Ok(()), Err)?;
                 count += reach[..rays.len()].iter().filter(|t| t.is_finite()).count() as u64;
             }

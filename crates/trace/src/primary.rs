@@ -7,7 +7,7 @@ use crate::camera::Lens;
 use crate::engine::Tracer;
 use crate::render::check_size;
 use crate::tiles::{Tile, Tiles};
-use crate::{Counters, Footprint, Hit, Ray, RenderError, World};
+use crate::{Beam, Counters, Footprint, Hit, Ray, RenderError, World};
 
 /// What the primary rays of a picture cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,8 +61,9 @@ pub fn primary(world: &World<'_>, width: u32, height: u32) -> Result<PrimaryPass
         || world.engine.tracer(),
         |probing, tile| {
             let mut pass = PrimaryPass::default();
+            let beam = tile.beam(probing.lens);
             for square in tile.squares(side) {
-                pass.hits += probing.count_hits(square)?;
+                pass.hits += probing.count_hits(&beam, square)?;
             }
             pass.counters = probing.tracer.take_counters();
             Ok(pass)
@@ -130,10 +131,14 @@ struct Probing<'a> {
 }
 
 impl Probing<'_> {
-    /// How many of the rays through some pixels meet anything, no more rays than the engine takes together.
-    fn count_hits(&mut self, pixels: impl IntoIterator<Item = (u32, u32)>) -> Result<u64, EvalError> {
+    /// How many of the rays through some pixels of a beam meet anything, no more rays than the engine takes together.
+    fn count_hits(
+        &mut self,
+        beam: &Beam,
+        pixels: impl IntoIterator<Item = (u32, u32)>,
+    ) -> Result<u64, EvalError> {
         self.aim(pixels);
-        self.tracer.count_hits(&self.rays)
+        self.tracer.count_hits(beam, &self.rays)
     }
 
     /// What the rays through some pixels meet, no more than the engine takes together.

@@ -12,7 +12,7 @@ use crate::latent::{Exposed, SQUARE};
 use crate::tiles::Tile;
 use crate::view::Exposure;
 use crate::{
-    Camera, Counters, Film, Footprint, Hit, Integrator, LatentImage, Light, Ray, Sky, View, sampling,
+    Beam, Camera, Counters, Film, Footprint, Hit, Integrator, LatentImage, Light, Ray, Sky, View, sampling,
 };
 
 /// The most pixels that a picture may have: 8192 by 8192. A pixel takes 36 bytes while the picture is made and developed,
@@ -209,6 +209,7 @@ impl<'a> Painter<'a> {
         let side = if is_alone { 1 } else { self.world.engine.side() };
         let mut pixels = Vec::with_capacity((SQUARE * SQUARE) as usize);
         let mut taken = 0;
+        let beam = tile.beam(&self.lens);
         for (square, own) in squares.iter_mut().zip(tile.squares(SQUARE)) {
             if square.taken == square.goal {
                 continue;
@@ -223,7 +224,7 @@ impl<'a> Painter<'a> {
             own.for_each(|pixel| pixels.push(pixel));
             let numbers = square.taken..square.goal;
             for pixels in pixels.chunks((side * side) as usize) {
-                self.expose(brush, pixels, numbers.clone(), |pixel| tile.place(pixel), exposure)?;
+                self.expose(brush, &beam, pixels, numbers.clone(), |pixel| tile.place(pixel), exposure)?;
             }
             taken += numbers.len() as u64 * pixels.len() as u64;
             square.taken = square.goal;
@@ -235,6 +236,7 @@ impl<'a> Painter<'a> {
     fn expose(
         &self,
         brush: &mut Brush<'_>,
+        beam: &Beam,
         pixels: &[(u32, u32)],
         numbers: Range<u32>,
         place: impl Fn((u32, u32)) -> usize,
@@ -251,7 +253,7 @@ impl<'a> Painter<'a> {
             );
             let footprint = Footprint { width: 0.0, spread: self.lens.spread() };
             tracer.set_footprint(footprint);
-            tracer.nearest(rays, hits)?;
+            tracer.nearest_within(beam, rays, hits)?;
             // What leaves surfaces from here on sees as much as the closest of these rays.
             let nearest = hits.iter().flatten().map(|hit| hit.t).fold(f64::INFINITY, f64::min);
             tracer.set_footprint(footprint.onward(nearest));

@@ -5,6 +5,9 @@
 
 use std::ops::Range;
 
+use crate::Beam;
+use crate::camera::Lens;
+
 /// Pixels on a side of a tile: enough work to be worth handing out, little enough to share the last tiles.
 const SIDE: u32 = 16;
 
@@ -61,6 +64,11 @@ impl Tiles {
 impl Tile {
     pub(crate) fn pixel_count(&self) -> usize {
         self.columns.len() * self.rows.len()
+    }
+
+    /// The rays through its pixels.
+    pub(crate) fn beam(&self, lens: &Lens) -> Beam {
+        lens.beam(&self.columns, &self.rows)
     }
 
     /// Where a pixel is among those of the tile, row by row.

@@ -9,7 +9,7 @@ mod sierpinski;
 
 use csg_graph::{Expr, Graph, GraphBuilder, NodeId, Operator, PrimitiveKind, TransformKind};
 use csg_graph_bounds::{Envelopes, Limits, exact};
-use csg_graph_trace::{Accelerated, PACKET, Ray, StateBounds, Walk, brute};
+use csg_graph_trace::{Accelerated, Camera, PACKET, Ray, StateBounds, Walk, brute};
 use glam::DVec3;
 use proptest::prelude::*;
 
@@ -371,6 +371,54 @@ fn at_depth_hits_are_those_of_the_walk() {
         assert!(met > 200, "{met} of 2000 rays hit at {levels} levels");
         // At 40 levels a ball is 10⁻¹² wide, and rounding decides whether a ray meets it.
         assert_eq!(differ, 0, "of {met} hits at {levels} levels");
+    }
+}
+
+/// From ever closer by, also from among what is looked at.
+#[test]
+fn rays_of_a_beam_have_the_same_hits_as_others() {
+    const TILE: u32 = 16;
+    let scenes = [
+        (sierpinski(24.0), [0.5; 3]),
+        (holes(PrimitiveKind::Sphere, 0.6, 4.0), [0.75, 0.5, 0.75]),
+        (drilled(6), [0.3; 3]),
+    ];
+    for (graph, target) in scenes {
+        let target = DVec3::from(target);
+        let boxes = exact(&graph, &Limits::default()).unwrap();
+        let whole = Accelerated::new(&graph, &boxes, 1 << 14).unwrap();
+        let on_demand =
+            Accelerated::on_demand(graph.clone(), StateBounds::Exact(Box::new(boxes)), 1 << 20).unwrap();
+        let forgetful = Accelerated::on_demand(
+            graph.clone(),
+            StateBounds::Envelopes(Box::new(Envelopes::new(graph.clone(), &Limits::default()))),
+            0,
+        )
+        .unwrap();
+        for factor in [1.0, 30.0, 1e3, 1e6] {
+            let eye = target + DVec3::new(3.4, -2.3, 1.6) / factor;
+            let lens = Camera { eye, target, up: DVec3::Z, fov: 40.0 }.lens(2 * TILE, 2 * TILE).unwrap();
+            for engine in [&whole, &on_demand, &forgetful] {
+                let (mut alone, mut together) = (engine.tracer(), engine.tracer());
+                let mut hits = 0;
+                for tile in 0..4 {
+                    let [left, top] = [tile % 2 * TILE, tile / 2 * TILE];
+                    let beam = lens.beam(&(left..left + TILE), &(top..top + TILE));
+                    for row in top..top + TILE {
+                        let centre = |x: u32| lens.ray(f64::from(x) + 0.5, f64::from(row) + 0.5);
+                        let rays: Vec<Ray> = (left..left + TILE).map(centre).collect();
+                        let [mut expected, mut found] = [[None; PACKET]; 2];
+                        alone.nearest_of(&rays, &mut expected);
+                        together.nearest_within(&beam, &rays, &mut found);
+                        assert_eq!(found, expected, "row {row} at {factor}");
+                        assert_eq!(together.reach_within(&beam, &rays), alone.reach_of(&rays));
+                        hits += found.iter().flatten().count();
+                    }
+                }
+                assert!(factor > 1.0 || hits > 50, "{hits} hits");
+                assert!(together.counters().box_tests <= alone.counters().box_tests, "at {factor}");
+            }
+        }
     }
 }
 

@@ -15,7 +15,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use csg_graph::{EvalError, Graph, State};
+use csg_graph::{EvalError, Graph, Node, State};
 use elsa::FrozenVec;
 use quick_cache::Weighter;
 use quick_cache::sync::Cache;
@@ -24,6 +24,7 @@ use rustc_hash::FxHashMap;
 use super::bounds::StateBounds;
 use super::compile::{BYTES, Compiled, Content, Item, SuperNode, index};
 use super::detail::Footprint;
+use super::hits::Place;
 use super::sample::{Dice, Sample};
 use super::unions::Unions;
 
@@ -46,6 +47,20 @@ const COARSE: Cut = Cut { length: 8, together: 1 << 20 };
 
 /// About what it takes to know where a gate leads, in bytes.
 const ENTRY: usize = 64;
+
+/// Where all states are known, those of few symbols are opened further: rays come to the same blocks again and again. What
+/// these blocks may take together, in bytes.
+const ROOM: usize = 1 << 14;
+
+impl Cut {
+    /// That of a graph with such bounds for rays that look into what is large only.
+    fn coarse(graph: &Graph, bounds: &StateBounds) -> Self {
+        let StateBounds::Exact(boxes) = bounds else { return COARSE };
+        let is_symbol = |state: &State| matches!(graph.node(state.node()), Node::Symbol(_));
+        let symbols = boxes.states().filter(|(state, _)| is_symbol(state)).count();
+        Self { length: (ROOM / BYTES / symbols.max(1)).max(COARSE.length), ..COARSE }
+    }
+}
 
 /// Of what part of the memory blocks are held by threads, and not only remembered.
 const HELD: usize = 16;
@@ -94,15 +109,15 @@ impl OnDemand {
         let estimated = capacity / (FINE.length * BYTES);
         let remembered = Cache::with_weighter(estimated.max(16), capacity as u64, Bytes);
         let unions = Unions::new(&graph);
-        let root = Compiled::block(&graph, bounds.as_ref(), &unions, graph.root_state(), COARSE.length)?;
-        let root = Arc::new(root.with_parts());
+        let length = Cut::coarse(&graph, &bounds).length;
+        let root = Self::compile(&graph, &bounds, &unions, graph.root_state(), length)?;
         Ok(Self { graph, unions, bounds, cut: FINE, root, remembered, memory, held: AtomicUsize::new(0) })
     }
 
     /// The same for rays that look into everything, or into what is large only.
     pub(super) fn for_rays(self, look_into_all: bool) -> Self {
         self.remembered.clear();
-        Self { cut: if look_into_all { FINE } else { COARSE }, ..self }
+        Self { cut: if look_into_all { FINE } else { Cut::coarse(&self.graph, &self.bounds) }, ..self }
     }
 
     pub(super) fn root(&self) -> Arc<Compiled> {
@@ -113,9 +128,19 @@ impl OnDemand {
     fn block(&self, state: &State) -> Result<Arc<Compiled>, EvalError> {
         self.remembered.get_or_insert_with(state, || {
             let Self { graph, bounds, unions, cut, .. } = self;
-            let block = Compiled::block(graph, bounds.as_ref(), unions, state.clone(), cut.length)?;
-            Ok(Arc::new(block.with_parts()))
+            Self::compile(graph, bounds, unions, state.clone(), cut.length)
         })
+    }
+
+    fn compile(
+        graph: &Graph,
+        bounds: &StateBounds,
+        unions: &Unions,
+        state: State,
+        length: usize,
+    ) -> Result<Arc<Compiled>, EvalError> {
+        let block = Compiled::block(graph, bounds.as_ref(), unions, state, length)?;
+        Ok(Arc::new(block.with_parts().with_node_sizes()))
     }
 
     /// Remembers less where a thread holds more than it did.
@@ -220,16 +245,28 @@ impl<'a> Held<'a> {
         index(self.blocks.len() - 1)
     }
 
-    /// Begins a question, of one ray or of rays that go together. Lets go of what is held if it is too much: numbers are void
-    /// then.
-    pub(super) fn renew(&mut self, goes_together: bool) {
-        let Blocks::OnDemand(source) = self.source else { return };
-        if self.share.bytes.get() > source.memory / HELD / rayon::current_num_threads() {
+    /// Begins a question. Lets go of what is held if it is too much, and says so: numbers are void then.
+    pub(super) fn renew(&mut self) -> bool {
+        let Blocks::OnDemand(source) = self.source else { return false };
+        let is_too_much = self.share.bytes.get() > source.memory / HELD / rayon::current_num_threads();
+        if is_too_much {
             *self = Self { fault: Cell::new(self.fault.take()), ..Self::new(self.source) };
         }
+        self.begin(usize::MAX);
+        is_too_much
+    }
+
+    /// Begins the question of rays that go together.
+    pub(super) fn go_together(&mut self) {
+        let Blocks::OnDemand(source) = self.source else { return };
+        self.begin(source.cut.together);
+    }
+
+    /// Begins a question of rays that may come to so many bytes of blocks.
+    fn begin(&mut self, most: usize) {
         self.question = self.question.wrapping_add(1);
         self.come_to.set(0);
-        self.most = if goes_together { source.cut.together } else { usize::MAX };
+        self.most = most;
     }
 
     /// Ends a question of rays that went together, and says whether they came to too much for that. Then gates have been
@@ -313,11 +350,14 @@ impl<'a> Held<'a> {
         }
     }
 
-    /// What is seen of an item that is too small to be looked into.
-    pub(super) fn sample(&self, block: u32, item: u32) -> Sample {
-        let block = self.block(block);
-        let mut dice = Dice::at(block.parts[item as usize].bounds.min);
-        let (sample, gate) = Sample::of_item(block, item as usize, &mut dice);
+    /// What is seen of a part that is too small to be looked into.
+    pub(super) fn sample(&self, block: u32, part: Place) -> Sample {
+        let (block, at) = (self.block(block), part.item as usize);
+        let (sample, gate) = if part.is_node {
+            Sample::of_node(block, at, &mut Dice::at(block.nodes[at].bounds(0).min))
+        } else {
+            Sample::of_item(block, at, &mut Dice::at(block.parts[at].bounds.min))
+        };
         let (Some(gate), Blocks::OnDemand(source)) = (gate, self.source) else { return sample };
         let inner = gate.sample.get_or_init(|| {
             // Several items may lead here, and it must not matter which of them is seen first.

@@ -94,7 +94,7 @@ pub(super) struct Detail {
 
 /// What the linear part of a map does to sizes: a similarity, which comes last, and what there is before it.
 #[derive(Clone, Copy, Debug)]
-struct Stretch {
+pub(super) struct Stretch {
     /// How many times as long the similarity makes a vector.
     scale: f32,
     /// What is before it, unless all of it is a similarity.
@@ -150,6 +150,17 @@ impl Detail {
         self.left = [None; LANES];
         self.ways.clear();
         self.ways.push(Stretch::NONE);
+    }
+
+    /// What is known of all ways.
+    pub(super) fn stretches(&self) -> &[Stretch] {
+        &self.ways
+    }
+
+    /// Goes on from ways of which that is known.
+    pub(super) fn follow(&mut self, stretches: &[Stretch]) {
+        self.ways.clear();
+        self.ways.extend_from_slice(stretches);
     }
 
     /// Goes on from a way into an item. Not inlined, so that it is not in the way of rays without detail.
@@ -249,6 +260,19 @@ impl Compiled {
                         }
                     }
                 }
+            }
+        }
+        self
+    }
+
+    /// Keeps how large all nodes are as well, so that the box of one stands for what is in it.
+    pub(super) fn with_node_sizes(mut self) -> Self {
+        for (number, ball) in (0..).zip(&self.supers) {
+            for at in self.nodes_of(number) {
+                let node = &mut self.nodes[at];
+                let slots = 0..WIDTH.min(node.count as usize);
+                let bounds = slots.map(|slot| node.bounds(slot)).fold(Aabb::EMPTY, Aabb::join);
+                node.size = narrow(ball.bounds(bounds).size().length());
             }
         }
         self

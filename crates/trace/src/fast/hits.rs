@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use super::compile::Compiled;
-use super::detail::Detail;
+use super::detail::{Detail, Stretch};
 use super::lanes::{LANES, Lanes};
 use super::tree::Child;
 use crate::Ray;
@@ -43,6 +43,13 @@ struct Way {
     item: u32,
     /// The block that it comes to.
     block: u32,
+}
+
+/// Ways that many packets begin with.
+#[derive(Debug, Default)]
+pub(super) struct Trail {
+    ways: Vec<Way>,
+    stretches: Vec<Stretch>,
 }
 
 /// An item of a super-node that was come to on some way.
@@ -89,6 +96,26 @@ impl Place {
     }
 }
 
+impl Trail {
+    /// None.
+    pub(super) fn clear(&mut self) {
+        self.ways.clear();
+        self.stretches.clear();
+    }
+
+    /// Those that there are now.
+    pub(super) fn keep(&mut self, hits: &Hits) {
+        self.ways.clone_from(&hits.ways);
+        self.stretches.clear();
+        self.stretches.extend(hits.detail.iter().flat_map(Detail::stretches));
+    }
+
+    /// Whether it can be followed by hits as they are.
+    pub(super) fn is_for(&self, hits: &Hits) -> bool {
+        hits.detail.is_some() != self.stretches.is_empty()
+    }
+}
+
 impl Hits {
     pub(super) fn new() -> Self {
         let nowhere = Ray { origin: DVec3::ZERO, direction: DVec3::ZERO };
@@ -106,6 +133,28 @@ impl Hits {
         if let Some(detail) = &mut self.detail {
             detail.clear();
         }
+    }
+
+    /// Goes on from some ways.
+    pub(super) fn follow(&mut self, trail: &Trail) {
+        if !trail.ways.is_empty() {
+            self.ways.clone_from(&trail.ways);
+            if let Some(detail) = &mut self.detail {
+                detail.follow(&trail.stretches);
+            }
+        }
+    }
+
+    /// The way that one goes on from, and the item that it enters.
+    #[inline(always)]
+    pub(super) fn step(&self, way: u32) -> (u32, u32) {
+        let Way { above, item, .. } = self.ways[way as usize];
+        (above, item)
+    }
+
+    /// How many ways there are.
+    pub(super) fn way_count(&self) -> usize {
+        self.ways.len()
     }
 
     /// The way that enters the item of a place, which is in `from`, and is in a block then.

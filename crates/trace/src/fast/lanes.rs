@@ -72,6 +72,15 @@ impl Rays {
         direction.store(&mut self.direction, half);
     }
 
+    /// The rays of another frame in this one.
+    #[inline(always)]
+    pub(super) fn set_transformed<S: Simd>(&mut self, simd: S, from: &Self, map: &DAffine3) {
+        for half in 0..2 {
+            let [origin, direction] = from.half(simd, half);
+            self.set_half(half, origin.transform_point(map), direction.transform_vector(map));
+        }
+    }
+
     #[inline(always)]
     pub(crate) fn half<S: Simd>(&self, simd: S, half: usize) -> [Vec3x8<S>; 2] {
         [Vec3x8::load(simd, &self.origin, half), Vec3x8::load(simd, &self.direction, half)]

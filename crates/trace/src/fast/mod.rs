@@ -7,6 +7,7 @@
 //! - [`states`], [`unions`], [`lists`], [`compile`]: states to super-nodes and solids, with the boxes of [`bounds`];
 //! - [`blocks`]: all of the graph at once, or what rays come to;
 //! - [`tree`], [`frame`], [`point`]: their boxes in single precision, and what is tested against them;
+//! - [`entry`]: where the rays of a beam begin, past the way that all of them have in common;
 //! - [`packet`], [`single`]: the first hit of rays together and alone; [`lanes`] and [`shapes`] are their arithmetic;
 //! - [`solid`], [`cuts`], [`face`]: the first boundary of the results of ∩ and \\, alone and together, and whose face it is;
 //! - [`hits`], [`together`]: what was hit, and the way to it; and its surface and normal for several rays;
@@ -18,6 +19,7 @@ mod compile;
 mod cover;
 mod cuts;
 mod detail;
+mod entry;
 mod face;
 mod frame;
 mod hits;
@@ -32,6 +34,8 @@ mod single;
 mod solid;
 pub(crate) mod states;
 mod survey;
+#[cfg(test)]
+mod tests;
 mod together;
 mod tree;
 pub(crate) mod unions;
@@ -50,6 +54,8 @@ use self::compile::{Compiled, Content};
 use self::cover::Cover;
 use self::detail::Detail;
 pub use self::detail::Footprint;
+pub use self::entry::Beam;
+use self::entry::Entries;
 use self::face::Faces;
 use self::hits::{Hits, Place};
 use self::lanes::transform;
@@ -220,6 +226,8 @@ impl Accelerated {
             hits: Hits::new(),
             solids: Solids::default(),
             faces: Faces::default(),
+            root: Entries::default(),
+            entries: Entries::default(),
             counters: Counters::default(),
             items: Vec::new(),
             paints: Vec::new(),
@@ -227,6 +235,7 @@ impl Accelerated {
             coat: None,
             last: None,
         };
+        tracer.root.root(&tracer.held);
         tracer.set_footprint(Footprint::LINE);
         tracer
     }
@@ -243,6 +252,9 @@ pub struct Tracer<'a> {
     hits: Hits,
     solids: Solids,
     faces: Faces,
+    /// Where rays begin, and those of the last beam.
+    root: Entries,
+    entries: Entries,
     counters: Counters,
     /// Items on a way and the paints of items, with their blocks.
     items: Vec<(u32, u32)>,
@@ -305,7 +317,20 @@ impl Tracer<'_> {
     /// If there are more.
     pub fn reach_of(&mut self, rays: &[Ray]) -> [f64; PACKET] {
         self.counters.rays += rays.len() as u64;
-        if self.trace_packet(rays, |_| f64::INFINITY, Ask::Nearest) {
+        self.reach_from(None, rays)
+    }
+
+    /// The same for rays of a beam.
+    ///
+    /// # Panics
+    /// If there are more.
+    pub fn reach_within(&mut self, beam: &Beam, rays: &[Ray]) -> [f64; PACKET] {
+        self.reach_from(Some(beam), rays)
+    }
+
+    fn reach_from(&mut self, beam: Option<&Beam>, rays: &[Ray]) -> [f64; PACKET] {
+        self.counters.rays += rays.len() as u64;
+        if self.trace_packet(beam, rays, |_| f64::INFINITY, Ask::Nearest) {
             return self.hits.t.0;
         }
         let mut reach = [f64::INFINITY; PACKET];
@@ -321,8 +346,21 @@ impl Tracer<'_> {
     /// # Panics
     /// If there are more.
     pub fn nearest_of(&mut self, rays: &[Ray], found: &mut [Option<Hit>]) {
+        self.nearest_from(None, rays, found);
+    }
+
+    /// The same for rays of a beam. What all its rays have in common is looked for once, for all calls with the same beam
+    /// that follow each other.
+    ///
+    /// # Panics
+    /// If there are more.
+    pub fn nearest_within(&mut self, beam: &Beam, rays: &[Ray], found: &mut [Option<Hit>]) {
+        self.nearest_from(Some(beam), rays, found);
+    }
+
+    fn nearest_from(&mut self, beam: Option<&Beam>, rays: &[Ray], found: &mut [Option<Hit>]) {
         self.counters.rays += rays.len() as u64;
-        if self.trace_packet(rays, |_| f64::INFINITY, Ask::Nearest) {
+        if self.trace_packet(beam, rays, |_| f64::INFINITY, Ask::Nearest) {
             found.fill(None);
             return self.hits_of(rays, found);
         }
@@ -344,7 +382,7 @@ impl Tracer<'_> {
     /// If there are more.
     pub fn occluded_of(&mut self, rays: &[Ray], ends: &[f64]) -> u32 {
         self.counters.shadow_rays += rays.len() as u64;
-        let is_together = self.trace_packet(rays, |lane| ends[lane], Ask::Any);
+        let is_together = self.trace_packet(None, rays, |lane| ends[lane], Ask::Any);
         let mut is_met = |lane: usize| {
             if is_together {
                 return self.hits.found(lane).is_some();
@@ -356,8 +394,10 @@ impl Tracer<'_> {
     }
 
     fn trace_one(&mut self, ray: &Ray, end: f64, ask: Ask) {
-        let Self { level, held, single, hits, solids, coat, .. } = self;
-        held.renew(false);
+        let Self { level, held, single, hits, solids, entries, coat, .. } = self;
+        if held.renew() {
+            entries.forget();
+        }
         *coat = None;
         hits.clear([end; PACKET]);
         let Some(start) = Single::start(held, ray) else { return };
@@ -376,16 +416,33 @@ impl Tracer<'_> {
     }
 
     /// Traces rays together. If they come to more than is held at one time, each has to go alone, and it says `false`.
-    fn trace_packet(&mut self, rays: &[Ray], end: impl Fn(usize) -> f64, ask: Ask) -> bool {
+    fn trace_packet(
+        &mut self,
+        beam: Option<&Beam>,
+        rays: &[Ray],
+        end: impl Fn(usize) -> f64,
+        ask: Ask,
+    ) -> bool {
         assert!(rays.len() <= PACKET, "a packet has {PACKET} rays");
-        let Self { level, held, packet, hits, solids, coat, .. } = self;
-        held.renew(true);
+        let Self { level, held, packet, hits, solids, root, entries, coat, .. } = self;
+        if held.renew() {
+            entries.forget();
+        }
         *coat = None;
         let Some(last) = rays.len().checked_sub(1) else {
             hits.clear([0.0; PACKET]);
             return true;
         };
+        let entries = match beam {
+            Some(beam) => {
+                entries.aim(held, hits, beam);
+                &*entries
+            }
+            None => &*root,
+        };
+        held.go_together();
         hits.clear(std::array::from_fn(|lane| end(lane.min(last))));
+        hits.follow(&entries.trail);
         for lane in 0..PACKET {
             packet.rays().set(lane, &rays[lane.min(last)]);
         }
@@ -395,9 +452,9 @@ impl Tracer<'_> {
         let mut inquiry = Inquiry { held, ask, hits, solids, work };
         dispatch!(*level, simd => {
             if has_detail {
-                packet.trace::<_, true>(simd, &mut inquiry, lanes);
+                packet.trace::<_, true>(simd, &mut inquiry, lanes, entries);
             } else {
-                packet.trace::<_, false>(simd, &mut inquiry, lanes);
+                packet.trace::<_, false>(simd, &mut inquiry, lanes, entries);
             }
         });
         let work = inquiry.work;
@@ -496,7 +553,7 @@ impl Tracer<'_> {
                 (normal, surface, (seen.node, depth + seen.depth))
             }
             None => {
-                let sample = self.held.sample(number, place.item);
+                let sample = self.held.sample(number, place);
                 let normal = sample.normal(&ray).unwrap_or(-ray.direction);
                 let (normal, mut surface, depth) = self.outwards(place, normal);
                 sample.paint.iter().for_each(|(term, value)| surface.set(*term, *value));
@@ -551,74 +608,5 @@ impl Tracer<'_> {
     /// What was counted since the tracer was made or its counters were taken.
     pub fn take_counters(&mut self) -> Counters {
         std::mem::take(&mut self.counters)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use csg_graph::{Expr, GraphBuilder, PrimitiveKind, TransformKind};
-    use csg_graph_bounds::{Limits, exact};
-    use fearless_simd::Simd;
-    use glam::DVec3;
-
-    use super::*;
-
-    /// A tower of one primitive in every orientation.
-    fn tower(kind: PrimitiveKind) -> Graph {
-        let mut builder = GraphBuilder::new();
-        let n = builder.param("n", 12.0);
-        let symbol = builder.symbol("X");
-        let primitive = builder.primitive(kind, []);
-        let smaller = builder.transform(TransformKind::Scale, [0.8, 0.7, -0.75].map(Expr::from), symbol);
-        let turned = builder.transform(TransformKind::Rot, [1.0, 2.0, 3.0, 50.0].map(Expr::from), smaller);
-        let moved = builder.transform(TransformKind::Move, [0.3, -0.4, 1.0].map(Expr::from), turned);
-        let rest = builder.calculate([(n, Expr::from(n) - 1.0)], moved);
-        let both = builder.operator(csg_graph::Operator::Union, primitive, rest);
-        builder.rules(symbol, Some(Expr::choose(Expr::from(n).gt(0.0), 1.0, 2.0)), [both, primitive]);
-        builder.finish(symbol).unwrap()
-    }
-
-    #[test]
-    fn all_levels_of_vector_instructions_have_the_same_hits() {
-        let best = Level::new();
-        let levels = [
-            Some(best),
-            best.as_avx2().map(|simd| simd.level()),
-            best.as_sse4_2().map(|simd| simd.level()),
-            best.as_sse2().map(|simd| simd.level()),
-        ];
-        for kind in [
-            PrimitiveKind::Sphere,
-            PrimitiveKind::Cylinder,
-            PrimitiveKind::Cone,
-            PrimitiveKind::Cube,
-            PrimitiveKind::Dodecahedron,
-        ] {
-            let graph = tower(kind);
-            let mut hits: Vec<Vec<Option<Hit>>> = Vec::new();
-            for level in levels.into_iter().flatten() {
-                let boxes = exact(&graph, &Limits::default()).unwrap();
-                let scene = Accelerated { level, ..Accelerated::new(&graph, &boxes, 4096).unwrap() };
-                let mut tracer = scene.tracer();
-                let mut found = Vec::new();
-                for row in 0..64 {
-                    let rays: Vec<Ray> = (0..PACKET)
-                        .map(|column| Ray {
-                            origin: DVec3::new(9.0, 7.0, 3.0),
-                            direction: DVec3::new(-9.0, column as f64 * 0.3 - 9.5, row as f64 * 0.1 - 5.0),
-                        })
-                        .collect();
-                    let mut packet = vec![None; PACKET];
-                    tracer.nearest_of(&rays, &mut packet);
-                    for (ray, hit) in rays.iter().zip(&packet) {
-                        assert_eq!(tracer.nearest(ray), *hit, "alone and in a packet");
-                    }
-                    found.extend(packet);
-                }
-                assert!(found.iter().flatten().count() > 100, "{kind:?}");
-                hits.push(found);
-            }
-            assert!(hits.iter().all(|found| *found == hits[0]), "{kind:?}");
-        }
     }
 }

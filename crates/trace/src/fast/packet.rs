@@ -10,13 +10,14 @@
 //! The rays of a packet need not agree in the signs of their directions, but the test of a box has near and far planes;
 //! so those that agree go together, and at each super-node, whose frame may be turned, they are sorted anew.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, f64x8, mask32x16};
 
 use super::Inquiry;
 use super::compile::{Content, Item, SuperNode};
 use super::cuts::{Cuts, Firsts};
+use super::entry::{Entries, Entry};
 use super::frame::{Floats, Line, NarrowRays, float_bits, load};
-use super::hits::{Hits, Place, ROOT, START};
+use super::hits::{Hits, Place, START};
 use super::lanes::{HALF, LANES, Lanes, Mask, Rays, each, transform};
 use super::shapes::{self, bits};
 use super::single::{self, Single};
@@ -39,6 +40,10 @@ struct Open {
 /// The memory of packets.
 #[derive(Debug, Default)]
 pub(super) struct Packet {
+    /// The rays on each way that they may begin with, which of these they have been moved to, and which are on the way.
+    begin: Vec<Rays>,
+    is_begun: Vec<bool>,
+    due: Vec<u32>,
     levels: Vec<NarrowRays>,
     stack: Vec<Open>,
     single: Single,
@@ -50,21 +55,74 @@ impl Packet {
     pub(super) fn rays(&mut self) -> &mut Rays {
         if self.levels.is_empty() {
             self.levels.push(NarrowRays::EMPTY);
+            self.begin.push(Rays::ZERO);
         }
-        &mut self.levels[0].rays
+        &mut self.begin[0]
     }
 
-    /// Follows the rays of the set from the root.
+    /// Follows the rays of the set from where they begin.
     #[inline(always)]
     pub(super) fn trace<S: Simd, const DETAIL: bool>(
         &mut self,
         simd: S,
         inquiry: &mut Inquiry<'_>,
         lanes: Mask,
+        entries: &Entries,
+    ) {
+        let count = inquiry.hits.way_count();
+        if self.begin.len() < count {
+            self.begin.resize(count, Rays::ZERO);
+        }
+        self.is_begun.clear();
+        self.is_begun.resize(count, false);
+        self.is_begun[START as usize] = true;
+        let window = entries.window_of(&self.begin[START as usize]);
+        for entry in entries.list.iter().filter(|entry| entry.is_seen(&window)) {
+            let mut before = 0;
+            for half in 0..2 {
+                let is_before = inquiry.hits.t.half(simd, half).simd_ge(f64x8::splat(simd, entry.near));
+                before |= bits(is_before) << (half * HALF);
+            }
+            if lanes & before != 0 {
+                self.begin_at(simd, inquiry, entry.way);
+                self.trace_from::<S, DETAIL>(simd, inquiry, lanes & before, entry);
+            }
+        }
+    }
+
+    /// Moves the rays to where a way leads, as far as they have not come yet.
+    #[inline(always)]
+    fn begin_at<S: Simd>(&mut self, simd: S, inquiry: &Inquiry<'_>, mut way: u32) {
+        let Inquiry { held, hits, .. } = inquiry;
+        while !self.is_begun[way as usize] {
+            self.due.push(way);
+            way = hits.step(way).0;
+        }
+        while let Some(way) = self.due.pop() {
+            let (above, item) = hits.step(way);
+            let item = held.item(hits.block(above), item);
+            let (known, next) = self.begin.split_at_mut(way as usize);
+            next[0].set_transformed(simd, &known[above as usize], &item.item_from_super);
+            self.is_begun[way as usize] = true;
+        }
+    }
+
+    /// Follows the rays of the set from an entry.
+    #[inline(always)]
+    fn trace_from<S: Simd, const DETAIL: bool>(
+        &mut self,
+        simd: S,
+        inquiry: &mut Inquiry<'_>,
+        lanes: Mask,
+        entry: &Entry,
     ) {
         self.stack.clear();
-        (self.levels[0].block, self.levels[0].way) = (ROOT, START);
-        self.enter(simd, &inquiry.held.block(ROOT).supers[0], 0, lanes, inquiry.hits);
+        let number = inquiry.hits.block(entry.way);
+        let first = &mut self.levels[0];
+        first.rays = self.begin[entry.way as usize];
+        (first.block, first.way) = (number, entry.way);
+        let ball = &inquiry.held.block(number).supers[entry.number as usize];
+        self.enter(simd, ball, entry.child, 0, lanes, inquiry.hits);
         while let Some(open) = self.stack.pop() {
             let level = open.level;
             let rays = &mut self.levels[level as usize];
@@ -115,9 +173,10 @@ impl Packet {
                     let Some((number, below)) = inquiry.held.inside(rays.block, item.content) else {
                         continue;
                     };
+                    let Some(child) = below.root else { continue };
                     let way = inquiry.hits.enter(place, block, number);
                     self.descend(simd, item, level as usize, number, way);
-                    self.enter(simd, below, level + 1, lanes, inquiry.hits);
+                    self.enter(simd, below, child, level + 1, lanes, inquiry.hits);
                 }
                 Content::Solid(solid) => {
                     let Inquiry { held, hits, solids, .. } = inquiry;
@@ -179,21 +238,21 @@ impl Packet {
         let [above, below] = &mut self.levels[level..level + 2] else {
             unreachable!("both levels are there")
         };
-        for half in 0..2 {
-            let [origin, direction] = above.rays.half(simd, half);
-            below.rays.set_half(
-                half,
-                origin.transform_point(&item.item_from_super),
-                direction.transform_vector(&item.item_from_super),
-            );
-        }
+        below.rays.set_transformed(simd, &above.rays, &item.item_from_super);
         (below.block, below.way) = (block, way);
     }
 
-    /// Opens a super-node for rays that are in its frame already.
+    /// Opens a super-node, or a part of one, for rays that are in its frame already.
     #[inline(always)]
-    fn enter<S: Simd>(&mut self, simd: S, ball: &SuperNode, level: u32, lanes: Mask, hits: &Hits) {
-        let Some(child) = ball.root else { return };
+    fn enter<S: Simd>(
+        &mut self,
+        simd: S,
+        ball: &SuperNode,
+        child: Child,
+        level: u32,
+        lanes: Mask,
+        hits: &Hits,
+    ) {
         let rays = &mut self.levels[level as usize];
         let mut met = rays.narrow(simd, ball, lanes);
         if met == 0 {

@@ -5,12 +5,12 @@
 //! what the mean of the primitives would be. The numbers that it is drawn by are a function of the place, so that the same
 //! place always shows the same.
 
-use csg_graph::{AttributeTerm, EvalError, Graph, NodeId, Operator, Primitive, State, Step};
+use csg_graph::{EvalError, Graph, NodeId, Operator, Primitive, State, Step};
 use csg_graph_bounds::Shape;
 use glam::{DAffine3, DVec3};
 
 use super::compile::{Compiled, Content, Gate};
-use super::states::inverse;
+use super::states::{Paint, inverse, paint_over};
 use super::tree::{self, Child, WIDTH};
 use super::unions::Unions;
 use crate::{Ray, shapes};
@@ -28,8 +28,8 @@ pub(super) struct Sample {
     pub(super) node: NodeId,
     /// S-nodes on the way to it.
     pub(super) depth: u32,
-    /// What paints it, from the outside inwards.
-    pub(super) paint: Vec<(AttributeTerm, f64)>,
+    /// What paints it.
+    pub(super) paint: Paint,
 }
 
 /// Numbers by chance.
@@ -79,19 +79,34 @@ impl Dice {
 
 impl Sample {
     fn none(node: NodeId) -> Self {
-        Self { shape: None, shape_from_part: DAffine3::IDENTITY, node, depth: 0, paint: Vec::new() }
+        Self { shape: None, shape_from_part: DAffine3::IDENTITY, node, depth: 0, paint: Paint::new() }
     }
 
     /// Draws from an item of a block, until there is a primitive, or a gate to draw from, which is given as well.
-    pub(super) fn of_item<'b>(block: &'b Compiled, part: usize, dice: &mut Dice) -> (Self, Option<&'b Gate>) {
-        let mut sample = Self::none(block.items[part].node);
-        let mut at = part;
+    pub(super) fn of_item<'b>(block: &'b Compiled, item: usize, dice: &mut Dice) -> (Self, Option<&'b Gate>) {
+        Self::of_part(block, item, false, dice)
+    }
+
+    /// Draws from the items below a node of a block in the same way.
+    pub(super) fn of_node<'b>(block: &'b Compiled, node: usize, dice: &mut Dice) -> (Self, Option<&'b Gate>) {
+        Self::of_part(block, draw_item(block, &block.nodes[node], dice), true, dice)
+    }
+
+    /// Draws from an item that is the part, or below it.
+    fn of_part<'b>(
+        block: &'b Compiled,
+        mut at: usize,
+        mut is_below: bool,
+        dice: &mut Dice,
+    ) -> (Self, Option<&'b Gate>) {
+        let mut sample = Self::none(block.items[at].node);
         loop {
             let item = &block.items[at];
-            if at != part {
+            if is_below {
                 sample.shape_from_part = item.item_from_super * sample.shape_from_part;
                 sample.depth += item.depth;
-                sample.paint.extend(item.paint.into_iter().flat_map(|paint| &block.paints[paint as usize]));
+                let paint = item.paint.into_iter().flat_map(|paint| &block.paints[paint as usize]);
+                paint_over(&mut sample.paint, paint.copied());
             }
             sample.node = item.node;
             let below = match item.content {
@@ -103,13 +118,12 @@ impl Sample {
                 Content::Super(number) => number,
                 Content::Solid(solid) => block.solids[solid as usize].operands[0],
             };
-            let Some(mut child) = block.supers[below as usize].root else { return (sample, None) };
-            at = loop {
-                match child.get() {
-                    Ok(item) => break item,
-                    Err(node) => child = draw_child(&block.nodes[node], dice),
-                }
+            at = match block.supers[below as usize].root.map(Child::get) {
+                None => return (sample, None),
+                Some(Ok(item)) => item,
+                Some(Err(node)) => draw_item(block, &block.nodes[node], dice),
             };
+            is_below = true;
         }
     }
 
@@ -132,7 +146,7 @@ impl Sample {
                 }
                 Step::Calculate(below) => below,
                 Step::Attribute(terms, below) => {
-                    sample.paint.extend(terms);
+                    paint_over(&mut sample.paint, terms);
                     below
                 }
                 Step::Transform(parent_from_child, below) => {
@@ -161,7 +175,7 @@ impl Sample {
 
     /// With what is drawn from the part that this has come to.
     pub(super) fn then(mut self, inner: &Self) -> Self {
-        self.paint.extend(&inner.paint);
+        paint_over(&mut self.paint, inner.paint.iter().copied());
         Self {
             shape: inner.shape.clone(),
             shape_from_part: inner.shape_from_part * self.shape_from_part,
@@ -186,9 +200,14 @@ impl Sample {
     }
 }
 
-/// Draws a child of a node by the surface of its box.
-fn draw_child(node: &tree::Node, dice: &mut Dice) -> Child {
-    let area = |slot: usize| node.bounds(slot).surface_area();
-    let drawn = dice.draw((0..node.count as usize).map(area));
-    node.children[drawn % WIDTH]
+/// Draws an item below a node, a child of each node by the surface of its box.
+fn draw_item<'b>(block: &'b Compiled, mut node: &'b tree::Node, dice: &mut Dice) -> usize {
+    loop {
+        let area = |slot: usize| node.bounds(slot).surface_area();
+        let drawn = dice.draw((0..node.count as usize).map(area));
+        match node.children[drawn % WIDTH].get() {
+            Ok(item) => return item,
+            Err(below) => node = &block.nodes[below],
+        }
+    }
 }

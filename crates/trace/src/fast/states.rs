@@ -70,8 +70,18 @@ pub(crate) struct Place {
     pub(crate) paint: Paint,
 }
 
-/// What paints something, from the outside inwards. A colour has three terms.
+/// What paints something: each term once. A colour has three terms.
 pub(crate) type Paint = SmallVec<[(AttributeTerm, f64); 3]>;
+
+/// Paints what is inside of something painted. Of each term, the innermost value is seen.
+pub(crate) fn paint_over(paint: &mut Paint, inner: impl IntoIterator<Item = (AttributeTerm, f64)>) {
+    for (term, value) in inner {
+        match paint.iter_mut().find(|(known, _)| *known == term) {
+            Some((_, seen)) => *seen = value,
+            None => paint.push((term, value)),
+        }
+    }
+}
 
 impl<'a> States<'a> {
     /// No states yet, with room for some.
@@ -202,7 +212,7 @@ impl<'a> States<'a> {
                     }
                     Step::Calculate(below) => below,
                     Step::Attribute(terms, below) => {
-                        place.paint.extend(terms);
+                        paint_over(&mut place.paint, terms);
                         below
                     }
                     Step::Transform(parent_from_child, below) => {
@@ -322,13 +332,15 @@ impl Place {
 
     /// A place in the frame of this one's target, seen from above this one.
     pub(crate) fn then(&self, below: &Self) -> Self {
+        let mut paint = self.paint.clone();
+        paint_over(&mut paint, below.paint.iter().copied());
         Self {
             target: below.target,
             above_from_target: self.above_from_target * below.above_from_target,
             target_from_above: below.target_from_above * self.target_from_above,
             depth: self.depth + below.depth,
             symbol: below.symbol.or(self.symbol),
-            paint: self.paint.iter().chain(&below.paint).copied().collect(),
+            paint,
         }
     }
 }
