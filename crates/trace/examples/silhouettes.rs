@@ -18,8 +18,11 @@ use rayon::prelude::*;
 const SIDE: u32 = 512;
 const RAYS: u32 = 4;
 
-/// A scene, its first rule up to what is different in one that ends, and that one.
-const SCENES: [(&str, u32, [(&str, &str); 2]); 3] = [
+/// What stands in a scene, and in one that ends.
+type Change = (&'static str, &'static str);
+
+/// Scenes, how many levels those that end have, and how these differ.
+const SCENES: [(&str, u32, [Change; 2]); 2] = [
     (
         "sierpinski",
         12,
@@ -34,17 +37,6 @@ const SCENES: [(&str, u32, [(&str, &str); 2]); 3] = [
         [
             ("c = 2 / 3;", "c = 2 / 3; n = 8;"),
             ("SPONGE -> color", "SPONGE if(n > 0, 2, 1) 1: SPONGE -> cube 2: SPONGE -> {n = n - 1} color"),
-        ],
-    ),
-    (
-        "fern",
-        45,
-        [
-            ("bend = 3;", "bend = 3; n = 45;"),
-            (
-                "FERN -> color",
-                "FERN if(n > 0, 2, 1) 1: FERN -> scale(stem, stem, 1.6) cylinder 2: FERN -> {n = n - 1} color",
-            ),
         ],
     ),
 ];

@@ -26,7 +26,10 @@ const MOST: usize = 16;
 const WIDE: f64 = 4.0;
 
 /// The most super-nodes on the ways to them.
-const FARTHEST: usize = 1 << 10;
+const FARTHEST: usize = 1 << 8;
+
+/// What is rounded, relative to the beam.
+const ROUNDED: f64 = 1e-9;
 
 /// Rays from one point through a part of the picture: in the directions corner + u · across + v · down, where u and v are
 /// from 0 to 1.
@@ -85,9 +88,6 @@ struct Candidate {
     size: f64,
 }
 
-/// What is rounded, relative to the beam.
-const ROUNDED: f64 = 1e-9;
-
 impl Window {
     const ALL: Self = Self { min: DVec2::NEG_INFINITY, max: DVec2::INFINITY };
 
@@ -115,16 +115,16 @@ impl Beam {
     }
 
     /// From a vector to its part along the corner, and what this times u and v are.
-    fn from_frame(&self) -> DMat3 {
+    fn inverse(&self) -> DMat3 {
         DMat3::from_cols(self.corner, self.across, self.down).inverse()
     }
 
     /// Where a box is seen.
     fn window(&self, bounds: &Aabb) -> Window {
-        let from_frame = self.from_frame();
+        let inverse = self.inverse();
         let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for corner in bounds.corners() {
-            let seen = from_frame * (corner - self.origin);
+            let seen = inverse * (corner - self.origin);
             let place = seen.yz() / seen.x;
             // Behind the eye, or unbounded.
             if !(seen.x > 0.0 && place.is_finite()) {
@@ -138,9 +138,9 @@ impl Beam {
 
     /// The window of some of its rays.
     fn window_of(&self, directions: impl Iterator<Item = DVec3>) -> Window {
-        let from_frame = self.from_frame();
+        let inverse = self.inverse();
         let places = directions.map(|direction| {
-            let along = from_frame * direction;
+            let along = inverse * direction;
             along.yz() / along.x
         });
         let (min, max) = places.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), place| {

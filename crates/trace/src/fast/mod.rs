@@ -320,7 +320,7 @@ impl Tracer<'_> {
         self.reach_from(None, rays)
     }
 
-    /// The same for rays of a beam.
+    /// The same for rays of a beam, as [`nearest_within`](Self::nearest_within).
     ///
     /// # Panics
     /// If there are more.
@@ -349,8 +349,8 @@ impl Tracer<'_> {
         self.nearest_from(None, rays, found);
     }
 
-    /// The same for rays of a beam. What all its rays have in common is looked for once, for all calls with the same beam
-    /// that follow each other.
+    /// The same for rays of a beam; others may miss what they would meet. The way that all rays of the beam have in common
+    /// is gone once for all calls with the same beam that follow each other, and is no part of what is counted.
     ///
     /// # Panics
     /// If there are more.
