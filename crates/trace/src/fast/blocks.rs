@@ -406,14 +406,14 @@ mod tests {
         let blocks = blocks(0);
         let mut held = Held::new(&blocks);
         assert!(held.block(ROOT).gates.len() > 1);
-        held.renew(true);
+        held.go_together();
         assert!(held.enter(ROOT, 0).is_some() && held.enter(ROOT, 1).is_none());
         assert!(held.is_too_much());
         // Those that are held already count likewise, so that it does not matter what there was before.
-        held.renew(true);
+        held.go_together();
         assert!(held.enter(ROOT, 0).is_some() && held.enter(ROOT, 1).is_none());
         assert!(held.is_too_much());
-        held.renew(false);
+        held.renew();
         assert!(held.enter(ROOT, 0).is_some() && held.enter(ROOT, 1).is_some());
         assert!(!held.is_too_much());
     }

@@ -22,8 +22,15 @@ fn tower(kind: PrimitiveKind) -> Graph {
     builder.finish(symbol).unwrap()
 }
 
-#[test]
-fn all_levels_of_vector_instructions_have_the_same_hits() {
+const KINDS: [PrimitiveKind; 5] = [
+    PrimitiveKind::Sphere,
+    PrimitiveKind::Cylinder,
+    PrimitiveKind::Cone,
+    PrimitiveKind::Cube,
+    PrimitiveKind::Dodecahedron,
+];
+
+fn levels() -> impl Iterator<Item = Level> {
     let best = Level::new();
     let levels = [
         Some(best),
@@ -31,32 +38,58 @@ fn all_levels_of_vector_instructions_have_the_same_hits() {
         best.as_sse4_2().map(|simd| simd.level()),
         best.as_sse2().map(|simd| simd.level()),
     ];
-    for kind in [
-        PrimitiveKind::Sphere,
-        PrimitiveKind::Cylinder,
-        PrimitiveKind::Cone,
-        PrimitiveKind::Cube,
-        PrimitiveKind::Dodecahedron,
-    ] {
+    levels.into_iter().flatten()
+}
+
+fn packets() -> impl Iterator<Item = [Ray; PACKET]> {
+    (0..64).map(|row| {
+        std::array::from_fn(|column| Ray {
+            origin: DVec3::new(9.0, 7.0, 3.0),
+            direction: DVec3::new(-9.0, column as f64 * 0.3 - 9.5, row as f64 * 0.1 - 5.0),
+        })
+    })
+}
+
+#[test]
+fn all_levels_of_vector_instructions_have_the_same_hits() {
+    for kind in KINDS {
         let graph = tower(kind);
+        let boxes = exact(&graph, &Limits::default()).unwrap();
         let mut hits: Vec<Vec<Option<Hit>>> = Vec::new();
-        for level in levels.into_iter().flatten() {
-            let boxes = exact(&graph, &Limits::default()).unwrap();
+        for level in levels() {
             let scene = Accelerated { level, ..Accelerated::new(&graph, &boxes, 4096).unwrap() };
             let mut tracer = scene.tracer();
             let mut found = Vec::new();
-            for row in 0..64 {
-                let rays: Vec<Ray> = (0..PACKET)
-                    .map(|column| Ray {
-                        origin: DVec3::new(9.0, 7.0, 3.0),
-                        direction: DVec3::new(-9.0, column as f64 * 0.3 - 9.5, row as f64 * 0.1 - 5.0),
-                    })
-                    .collect();
+            for rays in packets() {
                 let mut packet = vec![None; PACKET];
                 tracer.nearest_of(&rays, &mut packet);
                 for (ray, hit) in rays.iter().zip(&packet) {
                     assert_eq!(tracer.nearest(ray), *hit, "alone and in a packet");
                 }
+                found.extend(packet);
+            }
+            assert!(found.iter().flatten().count() > 100, "{kind:?}");
+            hits.push(found);
+        }
+        assert!(hits.iter().all(|found| *found == hits[0]), "{kind:?}");
+    }
+}
+
+#[test]
+fn all_levels_of_vector_instructions_measure_and_meet_small_parts_alike() {
+    for kind in KINDS {
+        let graph = tower(kind);
+        let boxes = exact(&graph, &Limits::default()).unwrap();
+        let mut hits: Vec<Vec<Option<Hit>>> = Vec::new();
+        for level in levels() {
+            let scene = Accelerated { level, ..Accelerated::new(&graph, &boxes, 4096).unwrap() };
+            let scene = scene.with_detail(1.0);
+            let mut tracer = scene.tracer();
+            tracer.set_footprint(Footprint { width: 0.0, spread: 0.1 });
+            let mut found = Vec::new();
+            for rays in packets() {
+                let mut packet = vec![None; PACKET];
+                tracer.nearest_of(&rays, &mut packet);
                 found.extend(packet);
             }
             assert!(found.iter().flatten().count() > 100, "{kind:?}");
