@@ -39,7 +39,7 @@ const ZOOM: (&str, &str, u32, u32) =
 const ENDLESS: (&str, [&str; 3], &str, u32) = (
     "zoom_endless.png",
     ["scenes/endless/sierpinski.pcsg", "scenes/endless/fern.pcsg", "scenes/endless/menger.pcsg"],
-    "--integrator direct --samples 9 --size 200x200",
+    "--integrator direct --samples 9 --size 160x160",
     4,
 );
 

@@ -56,7 +56,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
         return sweep::run(args, &loaded, path, sweep);
     }
     let (width, height) = (args.size.width, args.size.height);
-    let mut stage = Stage::set(&loaded, plan, f64::from(width) / f64::from(height))?;
+    let mut stage = Stage::set(&loaded, plan, [width, height])?;
     let pool = stage.threads(args.threads)?;
     if let Some(factor) = args.zoom {
         pool.install(|| stage.zoom(factor))?;
@@ -131,7 +131,7 @@ struct Measured {
 
 fn measure(loaded: &Loaded, plan: Plan, size: Size, args: &BenchArgs) -> Result<Measured, Failure> {
     let Size { width, height } = size;
-    let stage = Stage::set(loaded, plan, f64::from(width) / f64::from(height))?;
+    let stage = Stage::set(loaded, plan, [width, height])?;
     let pool = stage.threads(args.threads)?;
     let world = stage.world();
     let mut unshadowed = stage.world();

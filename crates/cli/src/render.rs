@@ -128,8 +128,8 @@ struct Work<'a> {
 impl<'a> Work<'a> {
     fn new(loaded: &'a Loaded, args: &RenderArgs) -> Result<Self, Failure> {
         let settings = settings(loaded, args);
-        let plan = args.engine.plan(args.view)?.beside_picture(settings.width, settings.height);
-        let mut stage = Stage::set(loaded, plan, f64::from(settings.width) / f64::from(settings.height))?;
+        let plan = args.engine.plan(args.view)?;
+        let mut stage = Stage::set(loaded, plan, [settings.width, settings.height])?;
         let pool = stage.threads(args.threads.unwrap_or(0))?;
         if let Some(factor) = args.zoom {
             pool.install(|| stage.zoom(factor))?;

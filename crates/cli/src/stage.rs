@@ -25,10 +25,11 @@ pub(crate) struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    /// Analyses the scene and makes an engine ready, for pictures with `aspect`, width over height.
-    pub(crate) fn set(loaded: &'a Loaded, plan: Plan, aspect: f64) -> Result<Self, Failure> {
+    /// Analyses the scene and makes an engine ready, for pictures with so many columns and rows. How the scene is traced does not
+    /// depend on these.
+    pub(crate) fn set(loaded: &'a Loaded, plan: Plan, [width, height]: [u32; 2]) -> Result<Self, Failure> {
         let regime = Regime::of(loaded, plan)?;
-        let prepared = Prepared::new(loaded, &regime, plan)?;
+        let prepared = Prepared::new(loaded, &regime, plan.beside_picture(width, height))?;
         let framed = || {
             if let Regime::Vast(_) = regime {
                 return loaded.refined_box(&loaded.envelopes()?);
@@ -36,6 +37,7 @@ impl<'a> Stage<'a> {
             let root = root_box(&loaded.scene.graph, &loaded.bounds_limits());
             root.map(|root| root.aabb).map_err(|error| bounds::failure(loaded, error))
         };
+        let aspect = f64::from(width) / f64::from(height);
         let camera = camera(&loaded.scene.look, aspect, framed)?;
         let lights = lights(&loaded.scene.look, &loaded.scene.graph, &camera);
         Ok(Self { loaded, regime, prepared, camera, lights })
