@@ -10,7 +10,8 @@
 //! - [`entry`]: where the rays of a beam begin, past the way that all of them have in common;
 //! - [`packet`], [`single`]: the first hit of rays together and alone; [`lanes`] and [`shapes`] are their arithmetic;
 //! - [`solid`], [`cuts`], [`face`]: the first boundary of the results of ∩ and \\, alone and together, and whose face it is;
-//! - [`hits`], [`together`]: what was hit, and the way to it; and its surface and normal for several rays;
+//! - [`inquiry`], [`hits`]: what is asked, what was hit, and the way to it;
+//! - [`resolve`], [`together`]: surface and normal there, for one ray and for several;
 //! - [`detail`], [`look`], [`cover`], [`survey`], [`sample`]: what is too small to be looked into, and what is seen of it.
 
 pub(crate) mod blocks;
@@ -23,11 +24,13 @@ mod entry;
 mod face;
 mod frame;
 mod hits;
+mod inquiry;
 pub(crate) mod lanes;
 mod lists;
 mod look;
 mod packet;
 mod point;
+mod resolve;
 mod sample;
 mod shapes;
 mod single;
@@ -44,28 +47,25 @@ use std::sync::Arc;
 
 use csg_graph::{EvalError, Graph};
 use csg_graph_bounds::ExactBoxes;
-use fearless_simd::{Level, Simd, dispatch};
-use glam::DVec3;
+use fearless_simd::{Level, dispatch};
 
 use self::blocks::{Blocks, Held, OnDemand};
 pub(crate) use self::bounds::Bounds;
 pub use self::bounds::StateBounds;
-use self::compile::{Compiled, Content};
-use self::cover::Cover;
+use self::compile::Compiled;
 use self::detail::Detail;
 pub use self::detail::Footprint;
 pub use self::entry::Beam;
 use self::entry::Entries;
 use self::face::Faces;
 use self::hits::{Hits, Place};
-use self::lanes::transform;
+use self::inquiry::{Ask, Inquiry, Work};
 use self::packet::Packet;
-use self::sample::Dice;
+use self::resolve::Coat;
 use self::single::Single;
 use self::solid::Solids;
 use self::together::Together;
-use self::tree::Child;
-use crate::{Counters, Hit, Ray, Surface, walk};
+use crate::{Counters, Hit, Ray};
 
 /// Rays that are traced together.
 pub const PACKET: usize = lanes::LANES;
@@ -80,78 +80,6 @@ pub struct Accelerated {
     /// The share of a pixel below which nothing is looked into.
     detail: f64,
     level: Level,
-}
-
-/// What rays ask for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Ask {
-    /// The first hit.
-    Nearest,
-    /// Any hit.
-    Any,
-}
-
-/// What rays cost.
-#[derive(Clone, Copy, Debug, Default)]
-struct Work {
-    boxes: u64,
-    primitives: u64,
-}
-
-/// A question about the rays of a packet, and where answers go.
-struct Inquiry<'t> {
-    held: &'t Held<'t>,
-    ask: Ask,
-    hits: &'t mut Hits,
-    solids: &'t mut Solids,
-    work: Work,
-}
-
-impl Inquiry<'_> {
-    /// Notes that a ray meets an item at t. `seen` gives the way that it is on, and the ray there.
-    #[inline(always)]
-    fn answer(&mut self, lane: usize, t: f64, place: Place, seen: impl FnOnce() -> (u32, Ray)) {
-        match self.ask {
-            Ask::Nearest => self.hits.offer(lane, t, place, seen),
-            Ask::Any if t < self.hits.t.0[lane] => self.hits.stop(lane, place),
-            Ask::Any => {}
-        }
-    }
-
-    /// Whether a child of a super-node, whose box a ray meets at t, is too small to be looked into.
-    #[inline(always)]
-    fn is_small(&self, block: &Compiled, way: u32, child: Child, t: f64) -> bool {
-        let Some(detail) = &self.hits.detail else { return false };
-        match child.get() {
-            Ok(item) => detail.hides_part(way, &block.parts[item], t),
-            Err(node) => detail.hides(way, block.nodes[node].size, t),
-        }
-    }
-
-    /// Lets a ray in a super-node meet the box of a child at t, if what is in there stops it.
-    #[inline(never)]
-    fn meet_small(&mut self, block: &Compiled, lane: usize, (way, child): (u32, Child), ray: &Ray, t: f64) {
-        let Some(detail) = &mut self.hits.detail else { return };
-        if detail.leaves(way, ray, t) {
-            return;
-        }
-        let mut stops = |cover: &Cover| detail.stops(lane, ray, cover.along(ray.direction), cover.apart);
-        if block.cover(child).is_none_or(&mut stops) {
-            self.answer(lane, t, Place::box_of(way, child), || (way, *ray));
-        }
-    }
-
-    /// Asks a solid, an item of a super-node, about a ray in the frame of that.
-    #[inline(always)]
-    fn ask_solid<S: Simd>(&mut self, simd: S, lane: usize, ray: &Ray, solid: u32, place: Place) {
-        let end = self.hits.t.0[lane];
-        let item = self.held.item(self.hits.block(place.way), place.item);
-        let inside = transform(ray, &item.item_from_super);
-        let first = self.solids.first(simd, self.held, self.hits, (solid, place), &inside, end);
-        if let Some((t, face)) = first {
-            self.answer(lane, t, face, || (place.way, *ray));
-        }
-    }
 }
 
 impl Accelerated {
@@ -266,14 +194,6 @@ pub struct Tracer<'a> {
     last: Option<Place>,
 }
 
-/// What all that is painted on the way to a place makes of its surface.
-#[derive(Clone, Copy, Debug)]
-struct Coat {
-    place: Place,
-    surface: Surface,
-    depth: u32,
-}
-
 impl Tracer<'_> {
     /// Says how large a pixel is along the next rays. What is smaller than the share of it that the scene was given as
     /// [detail](Accelerated::with_detail) is not looked into: its box is met, and shows a primitive of the part that is drawn
@@ -316,7 +236,6 @@ impl Tracer<'_> {
     /// # Panics
     /// If there are more.
     pub fn reach_of(&mut self, rays: &[Ray]) -> [f64; PACKET] {
-        self.counters.rays += rays.len() as u64;
         self.reach_from(None, rays)
     }
 
@@ -467,124 +386,6 @@ impl Tracer<'_> {
         let solids = std::mem::take(&mut self.solids.work);
         self.counters.box_tests += work.boxes + solids.boxes;
         self.counters.primitive_tests += work.primitives + solids.primitives;
-    }
-
-    /// What a lane has hit at a place. Inlined, as hits are too large to be moved for nothing.
-    #[inline(always)]
-    fn hit(&mut self, lane: usize, place: Place, world_ray: &Ray) -> Option<Hit> {
-        let t = self.hits.t.0[lane];
-        if place.is_small {
-            return Some(self.small_hit(lane, place, world_ray, t));
-        }
-        let number = self.hits.block(place.way);
-        let item = self.held.item(number, place.item);
-        let node = item.node;
-        let Content::Shape(shape) = item.content else {
-            unreachable!("what is hit is a face of a primitive")
-        };
-        let ray = match self.hits.ray_at(lane, place) {
-            Some(super_ray) => transform(super_ray, &item.item_from_super),
-            None => self.descend(place, world_ray),
-        };
-        let shape = &self.held.block(number).shapes[shape as usize];
-        let normal = crate::shapes::normal_at(shape, &ray, t)?;
-        let normal = if place.turned { -normal } else { normal };
-        let (normal, surface, depth) = self.outwards(place, normal);
-        let normal = walk::unit(normal).unwrap_or(-world_ray.direction);
-        Some(Hit { t, point: world_ray.at(t), normal, surface, node, depth })
-    }
-
-    /// What a normal in the frame of an item is in the world, with what paints the item and its depth.
-    #[inline(always)]
-    fn outwards(&mut self, place: Place, mut normal: DVec3) -> (DVec3, Surface, u32) {
-        for (block, item) in self.hits.upwards(place) {
-            normal = self.held.item(block, item).item_from_super.matrix3.transpose() * normal;
-        }
-        let Coat { surface, depth, .. } = *self.coat(place);
-        (normal, surface, depth)
-    }
-
-    /// What paints an item, and how deep it is.
-    #[inline(always)]
-    fn coat(&mut self, place: Place) -> &Coat {
-        if !self.coat.is_some_and(|coat| coat.place.is_one_with(place)) {
-            self.coat = Some(self.coat_of(place));
-        }
-        self.coat.as_ref().expect("it has just been put there")
-    }
-
-    #[inline(never)]
-    fn coat_of(&mut self, place: Place) -> Coat {
-        let mut depth = 0;
-        self.paints.clear();
-        for (block, item) in self.hits.upwards(place) {
-            let item = self.held.item(block, item);
-            depth += item.depth;
-            self.paints.extend(item.paint.map(|paint| (block, paint)));
-        }
-        let mut surface = Surface::default();
-        for (block, paint) in self.paints.iter().rev() {
-            let terms = &self.held.block(*block).paints[*paint as usize];
-            terms.iter().for_each(|(term, value)| surface.set(*term, *value));
-        }
-        Coat { place, surface, depth }
-    }
-
-    /// What is seen of a part whose box a lane has hit.
-    #[inline(never)]
-    fn small_hit(&mut self, lane: usize, place: Place, world_ray: &Ray, t: f64) -> Hit {
-        let number = self.hits.block(place.way);
-        let block = self.held.block(number);
-        let ray = match self.hits.ray_at(lane, place) {
-            Some(super_ray) if place.is_node => *super_ray,
-            Some(super_ray) => transform(super_ray, &block.items[place.item as usize].item_from_super),
-            None => self.descend(place, world_ray),
-        };
-        let block = self.held.block(number);
-        let seen = block.look(place).and_then(|look| look.draw(ray.direction, &mut Dice::of(world_ray)));
-        let (normal, surface, below) = match seen {
-            Some(seen) => {
-                let (normal, mut surface, depth) = self.outwards(place, seen.normal.as_dvec3());
-                let paint = &self.held.block(number).looks.paints[seen.paint as usize];
-                paint.iter().for_each(|(term, value)| surface.set(*term, *value));
-                // What is around it, too small to be met by shadow rays, takes away light.
-                surface.diffuse *= f64::from(seen.open);
-                surface.specular *= f64::from(seen.open);
-                (normal, surface, (seen.node, depth + seen.depth))
-            }
-            None => {
-                let sample = self.held.sample(number, place);
-                let normal = sample.normal(&ray).unwrap_or(-ray.direction);
-                let (normal, mut surface, depth) = self.outwards(place, normal);
-                sample.paint.iter().for_each(|(term, value)| surface.set(*term, *value));
-                (normal, surface, (sample.node, depth + sample.depth))
-            }
-        };
-        let normal = walk::unit(normal).unwrap_or(-world_ray.direction);
-        let (node, depth) = below;
-        Hit { t, point: world_ray.at(t), normal, surface, node, depth }
-    }
-
-    /// The face of the solid at a place that a ray of the world meets at t; of anything else, itself.
-    #[inline(always)]
-    fn face(&mut self, place: Place, world_ray: &Ray, t: f64) -> Place {
-        let Self { level, held, hits, faces, .. } = self;
-        if place.is_small {
-            return place;
-        }
-        let item = held.item(hits.block(place.way), place.item);
-        let Content::Solid(_) = item.content else { return place };
-        let face = dispatch!(*level, simd => faces.find(simd, held, hits, place, world_ray, t));
-        face.expect("a solid has a face where a ray meets it")
-    }
-
-    /// A ray of the world in the frame of an item.
-    fn descend(&mut self, place: Place, world_ray: &Ray) -> Ray {
-        let Self { held, hits, items, .. } = self;
-        hits.items(place, items);
-        let into =
-            |ray, (block, item): &(u32, u32)| transform(&ray, &held.item(*block, *item).item_from_super);
-        items.iter().fold(*world_ray, into)
     }
 
     /// The state of the last S-node on the way to what was hit last, by its place among all states.

@@ -98,3 +98,19 @@ fn all_levels_of_vector_instructions_measure_and_meet_small_parts_alike() {
         assert!(hits.iter().all(|found| *found == hits[0]), "{kind:?}");
     }
 }
+
+#[test]
+fn rays_reach_as_far_as_their_hits_and_are_counted_once() {
+    let graph = tower(PrimitiveKind::Cone);
+    let boxes = exact(&graph, &Limits::default()).unwrap();
+    let scene = Accelerated::new(&graph, &boxes, 4096).unwrap();
+    let mut tracer = scene.tracer();
+    for rays in packets() {
+        let mut packet = vec![None; PACKET];
+        tracer.nearest_of(&rays, &mut packet);
+        assert_eq!(tracer.take_counters().rays, PACKET as u64);
+        let reach = tracer.reach_of(&rays);
+        assert_eq!(tracer.take_counters().rays, PACKET as u64);
+        assert!(reach.iter().zip(&packet).all(|(t, hit)| *t == hit.map_or(f64::INFINITY, |hit| hit.t)));
+    }
+}

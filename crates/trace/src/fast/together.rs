@@ -9,7 +9,8 @@ use glam::DVec3;
 use super::compile::Content;
 use super::hits::Place;
 use super::lanes::{HALF, LANES, Lanes, Mask, Rays, bits, each};
-use super::{Coat, Tracer, shapes};
+use super::resolve::Coat;
+use super::{Tracer, shapes};
 use crate::{Hit, Ray, walk};
 
 /// Fewer rays than this are faster one after the other.

@@ -1,0 +1,91 @@
+//! A question about rays, and what becomes of what they meet.
+
+use fearless_simd::Simd;
+
+use super::blocks::Held;
+use super::compile::Compiled;
+use super::cover::Cover;
+use super::hits::{Hits, Place};
+use super::lanes::transform;
+use super::solid::Solids;
+use super::tree::Child;
+use crate::Ray;
+
+/// What rays ask for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ask {
+    /// The first hit.
+    Nearest,
+    /// Any hit.
+    Any,
+}
+
+/// What rays cost.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Work {
+    pub(super) boxes: u64,
+    pub(super) primitives: u64,
+}
+
+/// A question about the rays of a packet, and where answers go.
+pub(super) struct Inquiry<'t> {
+    pub(super) held: &'t Held<'t>,
+    pub(super) ask: Ask,
+    pub(super) hits: &'t mut Hits,
+    pub(super) solids: &'t mut Solids,
+    pub(super) work: Work,
+}
+
+impl Inquiry<'_> {
+    /// Notes that a ray meets an item at t. `seen` gives the way that it is on, and the ray there.
+    #[inline(always)]
+    pub(super) fn answer(&mut self, lane: usize, t: f64, place: Place, seen: impl FnOnce() -> (u32, Ray)) {
+        match self.ask {
+            Ask::Nearest => self.hits.offer(lane, t, place, seen),
+            Ask::Any if t < self.hits.t.0[lane] => self.hits.stop(lane, place),
+            Ask::Any => {}
+        }
+    }
+
+    /// Whether a child of a super-node, whose box a ray meets at t, is too small to be looked into.
+    #[inline(always)]
+    pub(super) fn is_small(&self, block: &Compiled, way: u32, child: Child, t: f64) -> bool {
+        let Some(detail) = &self.hits.detail else { return false };
+        match child.get() {
+            Ok(item) => detail.hides_part(way, &block.parts[item], t),
+            Err(node) => detail.hides(way, block.nodes[node].size, t),
+        }
+    }
+
+    /// Lets a ray in a super-node meet the box of a child at t, if what is in there stops it.
+    #[inline(never)]
+    pub(super) fn meet_small(
+        &mut self,
+        block: &Compiled,
+        lane: usize,
+        (way, child): (u32, Child),
+        ray: &Ray,
+        t: f64,
+    ) {
+        let Some(detail) = &mut self.hits.detail else { return };
+        if detail.leaves(way, ray, t) {
+            return;
+        }
+        let mut stops = |cover: &Cover| detail.stops(lane, ray, cover.along(ray.direction), cover.apart);
+        if block.cover(child).is_none_or(&mut stops) {
+            self.answer(lane, t, Place::box_of(way, child), || (way, *ray));
+        }
+    }
+
+    /// Asks a solid, an item of a super-node, about a ray in the frame of that.
+    #[inline(always)]
+    pub(super) fn ask_solid<S: Simd>(&mut self, simd: S, lane: usize, ray: &Ray, solid: u32, place: Place) {
+        let end = self.hits.t.0[lane];
+        let item = self.held.item(self.hits.block(place.way), place.item);
+        let inside = transform(ray, &item.item_from_super);
+        let first = self.solids.first(simd, self.held, self.hits, (solid, place), &inside, end);
+        if let Some((t, face)) = first {
+            self.answer(lane, t, face, || (place.way, *ray));
+        }
+    }
+}
