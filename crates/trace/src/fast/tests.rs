@@ -111,6 +111,6 @@ fn rays_reach_as_far_as_their_hits_and_are_counted_once() {
         assert_eq!(tracer.take_counters().rays, PACKET as u64);
         let reach = tracer.reach_of(&rays);
         assert_eq!(tracer.take_counters().rays, PACKET as u64);
-        assert!(reach.iter().zip(&packet).all(|(t, hit)| *t == hit.map_or(f64::INFINITY, |hit| hit.t)));
+        assert_eq!(reach, std::array::from_fn(|lane| packet[lane].map_or(f64::INFINITY, |hit| hit.t)));
     }
 }
