@@ -43,7 +43,7 @@ struct Cut {
 const FINE: Cut = Cut { length: 64, together: 1 << 22 };
 
 /// Where small parts are not looked into, most of a long list would be too small.
-const COARSE: Cut = Cut { length: 8, together: 1 << 20 };
+const COARSE: Cut = Cut { length: 8, together: 1 << 21 };
 
 /// About what it takes to know where a gate leads, in bytes.
 const ENTRY: usize = 64;
