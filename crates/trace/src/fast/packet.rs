@@ -297,8 +297,9 @@ fn push<S: Simd>(simd: S, stack: &mut Vec<Open>, node: &Node, rays: &NarrowRays,
         for axis in 0..3 {
             let near_plane = f32x16::splat(simd, near_planes[axis][slot]);
             let far_plane = f32x16::splat(simd, far_planes[axis][slot]);
-            near = near_plane.mul_add(inverse[axis], near_offset[axis]).max(near);
-            far = far_plane.mul_add(inverse[axis], far_offset[axis]).min(far);
+            // Rounded once on any machine: on the last digits depends what is too small to be looked into.
+            near = near_plane.mul_add_precise(inverse[axis], near_offset[axis]).max(near);
+            far = far_plane.mul_add_precise(inverse[axis], far_offset[axis]).min(far);
         }
         let met = near.simd_le(far);
         if float_bits(met) != 0 {

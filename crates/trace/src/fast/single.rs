@@ -170,8 +170,9 @@ pub(super) fn crossed<S: Simd>(
         let inverse = f32x8::splat(simd, line.inverse[axis]);
         let near_plane = f32x8::from_slice(simd, near_planes[axis]);
         let far_plane = f32x8::from_slice(simd, far_planes[axis]);
-        near = near_plane.mul_add(inverse, f32x8::splat(simd, line.near_offset[axis])).max(near);
-        far = far_plane.mul_add(inverse, f32x8::splat(simd, line.far_offset[axis])).min(far);
+        // Rounded once on any machine: on the last digits depends what is too small to be looked into.
+        near = near_plane.mul_add_precise(inverse, f32x8::splat(simd, line.near_offset[axis])).max(near);
+        far = far_plane.mul_add_precise(inverse, f32x8::splat(simd, line.far_offset[axis])).min(far);
     }
     let met = near.simd_le(far).to_bitmask() as u32 & ((1 << node.count) - 1);
     ([*near, *far], met)

@@ -50,53 +50,51 @@ fn packets() -> impl Iterator<Item = [Ray; PACKET]> {
     })
 }
 
-#[test]
-fn all_levels_of_vector_instructions_have_the_same_hits() {
+/// The hits of all packets.
+fn hits_of(tracer: &mut Tracer<'_>) -> Vec<Option<Hit>> {
+    let mut found = Vec::new();
+    for rays in packets() {
+        let mut packet = vec![None; PACKET];
+        tracer.nearest_of(&rays, &mut packet);
+        found.extend(packet);
+    }
+    found
+}
+
+/// Compares what towers show by all levels of vector instructions.
+fn assert_alike(hits: impl Fn(Accelerated) -> Vec<Option<Hit>>) {
     for kind in KINDS {
         let graph = tower(kind);
         let boxes = exact(&graph, &Limits::default()).unwrap();
-        let mut hits: Vec<Vec<Option<Hit>>> = Vec::new();
-        for level in levels() {
-            let scene = Accelerated { level, ..Accelerated::new(&graph, &boxes, 4096).unwrap() };
-            let mut tracer = scene.tracer();
-            let mut found = Vec::new();
-            for rays in packets() {
-                let mut packet = vec![None; PACKET];
-                tracer.nearest_of(&rays, &mut packet);
-                for (ray, hit) in rays.iter().zip(&packet) {
-                    assert_eq!(tracer.nearest(ray), *hit, "alone and in a packet");
-                }
-                found.extend(packet);
-            }
-            assert!(found.iter().flatten().count() > 100, "{kind:?}");
-            hits.push(found);
-        }
-        assert!(hits.iter().all(|found| *found == hits[0]), "{kind:?}");
+        let scene = |level| Accelerated { level, ..Accelerated::new(&graph, &boxes, 4096).unwrap() };
+        let found: Vec<_> = levels().map(|level| hits(scene(level))).collect();
+        assert!(found[0].iter().flatten().count() > 100, "{kind:?}");
+        assert!(found.iter().all(|other| *other == found[0]), "{kind:?}");
     }
 }
 
 #[test]
+fn all_levels_of_vector_instructions_have_the_same_hits() {
+    assert_alike(|scene| {
+        let mut tracer = scene.tracer();
+        let found = hits_of(&mut tracer);
+        let alone: Vec<_> = packets().flatten().map(|ray| tracer.nearest(&ray)).collect();
+        assert_eq!(alone, found, "alone and in a packet");
+        found
+    });
+}
+
+#[test]
 fn all_levels_of_vector_instructions_measure_and_meet_small_parts_alike() {
-    for kind in KINDS {
-        let graph = tower(kind);
-        let boxes = exact(&graph, &Limits::default()).unwrap();
-        let mut hits: Vec<Vec<Option<Hit>>> = Vec::new();
-        for level in levels() {
-            let scene = Accelerated { level, ..Accelerated::new(&graph, &boxes, 4096).unwrap() };
-            let scene = scene.with_detail(1.0);
-            let mut tracer = scene.tracer();
-            tracer.set_footprint(Footprint { width: 0.0, spread: 0.1 });
-            let mut found = Vec::new();
-            for rays in packets() {
-                let mut packet = vec![None; PACKET];
-                tracer.nearest_of(&rays, &mut packet);
-                found.extend(packet);
-            }
-            assert!(found.iter().flatten().count() > 100, "{kind:?}");
-            hits.push(found);
-        }
-        assert!(hits.iter().all(|found| *found == hits[0]), "{kind:?}");
-    }
+    assert_alike(|scene| {
+        let all = hits_of(&mut scene.tracer());
+        let scene = scene.with_detail(1.0);
+        let mut tracer = scene.tracer();
+        tracer.set_footprint(Footprint { width: 0.0, spread: 8.0 });
+        let large = hits_of(&mut tracer);
+        assert!(all != large, "something is small");
+        large
+    });
 }
 
 #[test]
@@ -105,12 +103,13 @@ fn rays_reach_as_far_as_their_hits_and_are_counted_once() {
     let boxes = exact(&graph, &Limits::default()).unwrap();
     let scene = Accelerated::new(&graph, &boxes, 4096).unwrap();
     let mut tracer = scene.tracer();
-    for rays in packets() {
-        let mut packet = vec![None; PACKET];
-        tracer.nearest_of(&rays, &mut packet);
-        assert_eq!(tracer.take_counters().rays, PACKET as u64);
-        let reach = tracer.reach_of(&rays);
-        assert_eq!(tracer.take_counters().rays, PACKET as u64);
-        assert_eq!(reach, std::array::from_fn(|lane| packet[lane].map_or(f64::INFINITY, |hit| hit.t)));
+    let hits = hits_of(&mut tracer);
+    let mut rays = tracer.take_counters().rays;
+    let reach = packets().flat_map(|rays| tracer.reach_of(&rays));
+    for (t, hit) in reach.zip(&hits) {
+        assert_eq!(t.to_bits(), hit.map_or(f64::INFINITY, |hit| hit.t).to_bits());
+        rays -= 1;
     }
+    assert_eq!(rays, 0);
+    assert_eq!(tracer.take_counters().rays, hits.len() as u64);
 }
