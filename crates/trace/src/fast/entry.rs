@@ -119,9 +119,16 @@ impl Beam {
         DMat3::from_cols(self.corner, self.across, self.down).inverse()
     }
 
+    /// How far u and v may be off by rounding, of 1: the more, the narrower the beam is and the more it is sheared.
+    fn rounding(&self) -> f64 {
+        let [corner, across, down] = [self.corner, self.across, self.down].map(DVec3::length);
+        let shear = corner * across * down / self.corner.dot(self.across.cross(self.down)).abs();
+        ROUNDED.max(256.0 * f64::EPSILON * shear * shear * (1.0 + corner / across.min(down)))
+    }
+
     /// Where a box is seen.
     fn window(&self, bounds: &Aabb) -> Window {
-        let inverse = self.inverse();
+        let (inverse, rounded) = (self.inverse(), self.rounding());
         let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for corner in bounds.corners() {
             let seen = inverse * (corner - self.origin);
@@ -132,13 +139,13 @@ impl Beam {
             }
             (min, max) = (min.min(place), max.max(place));
         }
-        let rounded = ROUNDED * (1.0 + min.abs().max(max.abs()));
+        let rounded = rounded * (1.0 + min.abs().max(max.abs()));
         Window { min: min - rounded, max: max + rounded }
     }
 
     /// The window of some of its rays.
     fn window_of(&self, directions: impl Iterator<Item = DVec3>) -> Window {
-        let inverse = self.inverse();
+        let (inverse, rounded) = (self.inverse(), self.rounding());
         let places = directions.map(|direction| {
             let along = inverse * direction;
             along.yz() / along.x
@@ -146,7 +153,7 @@ impl Beam {
         let (min, max) = places.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), place| {
             (min.min(place), max.max(place))
         });
-        Window { min: min - ROUNDED, max: max + ROUNDED }
+        Window { min: min - rounded, max: max + rounded }
     }
 
     /// A t before which none of its rays meets a box; none if they all miss it.
