@@ -65,7 +65,7 @@ pub fn run(options: &Options) -> ExitCode {
         println!("|---|---:|---:|---:|---:|---:|---:|---:|");
         let mut together = [Tests::default(); 2];
         for (scene, set) in SCENES {
-            let (primitives, [all, slowest]) = compare(options, scene, set)?;
+            let Comparison { primitives, all, slowest } = compare(options, scene, set)?;
             println!("| `{scene}` {} | {primitives} | {all} | {slowest} |", set.join(" "));
             together = [together[0] + all, together[1] + slowest];
         }
@@ -76,8 +76,16 @@ pub fn run(options: &Options) -> ExitCode {
     exit_code(report())
 }
 
-/// The primitives of a scene; tests of primitives, of all rays; and tests of all kinds, of the slowest.
-fn compare(options: &Options, scene: &str, set: &[&str]) -> Result<(String, [Tests; 2]), PeersError> {
+/// What the two take in a scene.
+struct Comparison {
+    primitives: String,
+    /// Tests of primitives.
+    all: Tests,
+    /// Tests of boxes and primitives, of the hundredth of the rays with the most.
+    slowest: Tests,
+}
+
+fn compare(options: &Options, scene: &str, set: &[&str]) -> Result<Comparison, PeersError> {
     let report = |engine: &[&str]| {
         let mut command = bench(scene, set);
         object(command.args(["--size", &options.size, "--reps", "1"]).args(engine))
@@ -90,5 +98,5 @@ fn compare(options: &Options, scene: &str, set: &[&str]) -> Result<(String, [Tes
     let both = |fields: &[&str]| Tests { spans: count(&spans, fields), fast: count(&fast, fields) };
     let primitives = fast["primitives"].as_str().unwrap_or_default().to_owned();
     let slowest = ["slowest_box_tests_per_ray", "slowest_primitive_tests_per_ray"];
-    Ok((primitives, [both(&["primitive_tests_per_ray"]), both(&slowest)]))
+    Ok(Comparison { primitives, all: both(&["primitive_tests_per_ray"]), slowest: both(&slowest) })
 }

@@ -11,7 +11,8 @@ use serde_json::Value;
 use crate::{files, json, pcsg, run_in, scene};
 
 /// A picture that takes a second or two.
-const PICTURE: [&str; 6] = ["--size", "96x72", "--samples", "2000", "--set", "cnt=6"];
+const PICTURE: [&str; 6] = ["--size", "96x72", "--samples", SAMPLES, "--set", "cnt=6"];
+const SAMPLES: &str = "2000";
 
 /// The exit code of `pcsg render`, and what is said to people.
 fn render(folder: &Path, args: &[&str]) -> (i32, String) {
@@ -76,7 +77,7 @@ fn an_interrupted_picture_goes_on_to_the_same_bytes() {
         let so_far = fs::read(folder.path().join(file)).unwrap();
         let taken = |folder: &Path| json(&folder.join("a.json"))["samples_taken"].as_u64().unwrap();
         let taken_so_far = taken(folder.path());
-        assert!(taken_so_far < 96 * 72 * 2000);
+        assert!(taken_so_far < 96 * 72 * SAMPLES.parse::<u64>().unwrap());
 
         let resumed = [&args(threads[1])[..], &["--resume"]].concat();
         assert_eq!(render(folder.path(), &resumed), (0, String::new()));
@@ -118,7 +119,7 @@ fn only_the_same_picture_goes_on() {
     }
     let other_size =
         ["s.pcsg", "-o", "a.png", "--size", "72x96", "--samples", "9", "--set", "cnt=6", "--resume"];
-    refused(&other_size, "size was 96x72 and is 72x96, samples was 2000 and is 9");
+    refused(&other_size, &format!("size was 96x72 and is 72x96, samples was {SAMPLES} and is 9"));
     let scene = fs::read_to_string(folder.path().join("s.pcsg")).unwrap();
     fs::write(folder.path().join("s.pcsg"), format!("{scene}// changed\n")).unwrap();
     let resumed = [&base[..], &["--resume"]].concat();

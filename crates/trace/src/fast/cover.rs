@@ -30,6 +30,9 @@ impl Cover {
     /// What stops all rays.
     pub(super) const ALL: Self = Self { cells: [1.0; CELLS], apart: 0.0 };
 
+    /// What stops none.
+    pub(super) const NONE: Self = Self { cells: [0.0; CELLS], apart: 0.0 };
+
     /// That of rays which go in a direction of any length.
     #[inline(always)]
     pub(super) fn along(&self, direction: DVec3) -> f32 {

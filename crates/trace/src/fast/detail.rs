@@ -6,9 +6,9 @@
 //! than its size.
 //!
 //! How large a box is in the world is a matter of all transformations on the way to it. What they do to lengths, the
-//! *stretch*, is kept for each way while rays have a [`Footprint`], in single precision: it decides what is looked into,
-//! and nothing that is seen depends on its last digits. So a node of a tree or an item is judged by one comparison, of its
-//! diagonal with the footprint where the ray meets its box.
+//! *stretch*, is kept for each way while rays have a [`Footprint`]. It is in single precision, rounded alike on every
+//! machine, since on its last digits depends whether a part is looked into. So a node of a tree or an item is judged by one
+//! comparison, of its diagonal with the footprint where the ray meets its box.
 //!
 //! Of what is compiled at once it is [measured](super::look) how many rays a part stops. A ray goes through what it meets of
 //! such parts until they cover more than some number by chance that it has: so they are as light as they are.

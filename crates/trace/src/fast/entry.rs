@@ -6,14 +6,14 @@
 //! meets nothing. \[RESH05\] look for such entry points in a kd-tree.
 //!
 //! Boxes are tested by interval arithmetic, in double precision, as the beam may be 10¹⁰ sizes of a part away from where the
-//! coordinates of the world are 0. Rays are moved into the frames of entries step by step, as on any other way, so that
-//! they meet the same things at the same t to the last bit.
+//! coordinates of the world are 0. Rays are moved into the frames of entries step by step, as on any other way, and tested
+//! against their boxes, so that they meet the same things at the same t to the last bit.
 
 use csg_graph_bounds::Aabb;
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3Swizzles};
 
 use super::blocks::Held;
-use super::compile::{Content, SuperNode};
+use super::compile::Content;
 use super::frame::DRIFT;
 use super::hits::{Hits, Place, ROOT, START, Trail};
 use super::lanes::{LANES, Rays};
@@ -22,13 +22,14 @@ use super::tree::{Child, WIDTH};
 /// The most entries of a beam.
 const MOST: usize = 16;
 
-/// Only what is so many times as large as the beam is wide is looked into: in what is smaller, its rays go different ways.
+/// Only what is so many times as large as the beam is wide is looked into: in what is smaller, its rays go different ways,
+/// and some of it may be too small for any of them.
 const WIDE: f64 = 4.0;
 
 /// The most super-nodes on the ways to them.
 const FARTHEST: usize = 1 << 8;
 
-/// What is rounded, relative to the beam.
+/// How far t, u and v may be off by rounding, relative to what they are.
 const ROUNDED: f64 = 1e-9;
 
 /// Rays from one point through a part of the picture: in the directions corner + u · across + v · down, where u and v are
@@ -52,6 +53,15 @@ pub(super) struct Window {
     max: DVec2,
 }
 
+/// Where the rays of a beam meet something.
+#[derive(Clone, Copy, Debug)]
+struct Sight {
+    /// They do not meet it before that t.
+    near: f64,
+    /// Nor do those that are not in there.
+    window: Window,
+}
+
 /// A part of a super-node where the rays of a beam begin.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
@@ -59,10 +69,9 @@ pub(super) struct Entry {
     pub(super) way: u32,
     pub(super) number: u32,
     pub(super) child: Child,
-    /// No ray of the beam meets anything there before that t.
-    pub(super) near: f64,
-    /// Rays of the beam that are not in there meet nothing either.
-    window: Window,
+    /// If that is a node, the one of its slots that they begin with; none for all of them.
+    pub(super) slot: Option<usize>,
+    sight: Sight,
 }
 
 /// Where rays begin.
@@ -76,16 +85,28 @@ pub(super) struct Entries {
     beam: Option<Beam>,
 }
 
-/// A super-node that a beam meets.
+/// A super-node that a beam may look into.
 struct Candidate {
     way: u32,
     number: u32,
     /// The beam in its frame.
     beam: Beam,
-    near: f64,
-    window: Window,
     /// How many times as large it is as the beam is wide there.
     size: f64,
+    /// Where rays begin if it is not looked into: with its box.
+    entry: Entry,
+}
+
+/// An item of a super-node that a beam meets.
+struct Met {
+    item: usize,
+    entry: Entry,
+    /// How many times as large it is as the beam is wide there.
+    size: f64,
+}
+
+impl Sight {
+    const ALL: Self = Self { near: 0.0, window: Window::ALL };
 }
 
 impl Window {
@@ -98,6 +119,12 @@ impl Window {
 }
 
 impl Beam {
+    /// How many times as large a box is as the beam is wide at t.
+    fn times(&self, bounds: &Aabb, t: f64) -> f64 {
+        let [low, high] = self.range();
+        bounds.size().length() / (t * (high - low).length())
+    }
+
     fn transform(&self, map: &DAffine3) -> Self {
         Self {
             origin: map.transform_point3(self.origin),
@@ -114,7 +141,7 @@ impl Beam {
         [corner + zero.min(across).min(down.min(sum)), corner + zero.max(across).max(down.max(sum))]
     }
 
-    /// From a vector to its part along the corner, and what this times u and v are.
+    /// From a vector to x, x · u and x · v, where it is x · (corner + u · across + v · down).
     fn inverse(&self) -> DMat3 {
         DMat3::from_cols(self.corner, self.across, self.down).inverse()
     }
@@ -185,54 +212,58 @@ impl Beam {
 }
 
 impl Entry {
+    /// Where all rays begin; nowhere if there is nothing.
+    fn root(held: &Held<'_>) -> Option<Self> {
+        let child = held.block(ROOT).supers[0].root?;
+        Some(Self { way: START, number: 0, child, slot: None, sight: Sight::ALL })
+    }
+
     /// Whether rays in a window may meet anything there.
     pub(super) fn is_seen(&self, window: &Window) -> bool {
-        self.window.meets(window)
+        self.sight.window.meets(window)
+    }
+
+    /// No ray of the beam meets anything there before that t.
+    pub(super) fn near(&self) -> f64 {
+        self.sight.near
     }
 }
 
 impl Candidate {
-    fn new(held: &Held<'_>, hits: &Hits, (way, number): (u32, u32), beam: Beam, seen: (f64, Window)) -> Self {
-        let ball = &held.block(hits.block(way)).supers[number as usize];
-        let [low, high] = beam.range();
-        let (near, window) = seen;
-        let size = 2.0 * ball.radius / (near * (high - low).length());
-        Self { way, number, beam, near, window, size }
-    }
-
-    /// The items in it that the beam meets, each with the t before which it does not and where it is seen, unless there are
-    /// more than `most`.
-    fn met(&self, held: &Held<'_>, hits: &Hits, most: usize) -> Option<Vec<(usize, (f64, Window))>> {
-        let block = held.block(hits.block(self.way));
-        let ball = &block.supers[self.number as usize];
+    /// The items in it that the beam meets, unless there are more than `most`.
+    fn met(&self, held: &Held<'_>, hits: &Hits, most: usize) -> Option<Vec<Met>> {
+        let Self { way, number, .. } = *self;
+        let block = held.block(hits.block(way));
+        let ball = &block.supers[number as usize];
         let drift = DRIFT * (self.beam.origin - ball.center).abs().element_sum();
         let mut met = Vec::new();
-        let mut open: Vec<_> = ball.root.map(|root| (root, (self.near, self.window))).into_iter().collect();
-        while let Some((child, seen)) = open.pop() {
-            let node = match child.get() {
-                Ok(_) if met.len() == most => return None,
-                Ok(item) => {
-                    met.push((item, seen));
-                    continue;
-                }
-                Err(node) => &block.nodes[node],
-            };
+        let mut open = Vec::new();
+        match ball.root.map(|root| (root, root.get())) {
+            None => {}
+            Some((child, Ok(item))) => {
+                let entry = Entry { way, number, child, slot: None, ..self.entry };
+                met.push(Met { item, entry, size: self.size });
+            }
+            Some((_, Err(node))) => open.push(node),
+        }
+        while let Some(at) = open.pop() {
+            let node = &block.nodes[at];
             for slot in 0..WIDTH.min(node.count as usize) {
                 let Aabb { min, max } = ball.bounds(node.bounds(slot));
                 let bounds = Aabb { min: min - drift, max: max + drift };
-                if let Some(near) = self.beam.meets(&bounds) {
-                    let is_item = node.children[slot].get().is_ok();
-                    let window = if is_item { self.beam.window(&bounds) } else { Window::ALL };
-                    open.push((node.children[slot], (near, window)));
+                let Some(near) = self.beam.meets(&bounds) else { continue };
+                match node.children[slot].get() {
+                    Err(below) => open.push(below),
+                    Ok(_) if met.len() == most => return None,
+                    Ok(item) => {
+                        let sight = Sight { near, window: self.beam.window(&bounds) };
+                        let entry = Entry { way, number, child: Child::node(at), slot: Some(slot), sight };
+                        met.push(Met { item, entry, size: self.beam.times(&bounds, near) });
+                    }
                 }
             }
         }
         Some(met)
-    }
-
-    fn root(&self, ball: &SuperNode) -> Option<Entry> {
-        let Self { way, number, near, window, .. } = *self;
-        ball.root.map(|child| Entry { way, number, child, near, window })
     }
 }
 
@@ -242,14 +273,7 @@ impl Entries {
         self.beam = None;
         self.list.clear();
         self.trail.clear();
-        let child = held.block(ROOT).supers[0].root;
-        self.list.extend(child.map(|child| Entry {
-            way: START,
-            number: 0,
-            child,
-            near: 0.0,
-            window: Window::ALL,
-        }));
+        self.list.extend(Entry::root(held));
     }
 
     /// The window of some rays of the beam.
@@ -271,38 +295,80 @@ impl Entries {
         self.beam = Some(*beam);
         self.list.clear();
         hits.clear([0.0; LANES]);
-        let mut open = vec![Candidate::new(held, hits, (START, 0), *beam, (0.0, Window::ALL))];
+        let root = Entry::root(held).map(|entry| {
+            let Entry { way, number, .. } = entry;
+            Candidate { way, number, beam: *beam, size: f64::INFINITY, entry }
+        });
+        let mut open: Vec<_> = root.into_iter().collect();
         // The largest is looked into first.
         while let Some(at) = (0..open.len()).max_by(|a, b| open[*a].size.total_cmp(&open[*b].size)) {
             let next = open.swap_remove(at);
-            let number = hits.block(next.way);
-            let block = held.block(number);
             let room = MOST - self.list.len() - open.len();
-            let is_wide = next.size > WIDE && hits.way_count() < FARTHEST;
-            let met = if is_wide { next.met(held, hits, room) } else { None };
+            let met = if hits.way_count() < FARTHEST { next.met(held, hits, room) } else { None };
             let Some(met) = met else {
-                self.list.extend(next.root(&block.supers[next.number as usize]));
+                self.list.push(next.entry);
                 continue;
             };
-            for (at, seen) in met {
+            let number = hits.block(next.way);
+            let block = held.block(number);
+            for Met { item: at, entry, size } in met {
                 let item = &block.items[at];
-                let (Content::Super(_) | Content::Gate(_)) = item.content else {
-                    let Candidate { way, number, .. } = next;
-                    let (near, window) = seen;
-                    self.list.push(Entry { way, number, child: Child::item(at), near, window });
+                let is_open = size > WIDE && matches!(item.content, Content::Super(_) | Content::Gate(_));
+                let inside = if is_open { held.inside(number, item.content) } else { None };
+                let Some((below, _)) = inside else {
+                    self.list.push(entry);
                     continue;
                 };
-                if let Some((below, ball)) = held.inside(number, item.content) {
-                    let way = hits.enter(Place::new(next.way, at), block, below);
-                    let number = if let Content::Super(number) = item.content { number } else { 0 };
-                    if ball.root.is_some() {
-                        let beam = next.beam.transform(&item.item_from_super);
-                        open.push(Candidate::new(held, hits, (way, number), beam, seen));
-                    }
+                let way = hits.enter(Place::new(next.way, at), block, below);
+                let number = if let Content::Super(number) = item.content { number } else { 0 };
+                let beam = next.beam.transform(&item.item_from_super);
+                open.push(Candidate { way, number, beam, size, entry });
+            }
+        }
+        self.list.sort_by(|a, b| a.near().total_cmp(&b.near()));
+        self.trail.keep(hits);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DAffine3;
+
+    use super::*;
+    use crate::Camera;
+    use crate::fast::lanes::transform;
+    use crate::fast::sample::Dice;
+
+    /// Whatever a ray of a beam comes to, the beam meets its box, no later, and sees it in the window of the ray: from narrow
+    /// lenses and wide ones, in the corners of the picture, and in frames that are sheared and far away.
+    #[test]
+    fn beams_meet_what_their_rays_come_to() {
+        let mut dice = Dice::at(DVec3::ONE);
+        for fov in [1e-6, 0.1, 40.0, 150.0, 179.0] {
+            let camera = Camera { eye: DVec3::new(3.0, -2.0, 1.0), target: DVec3::ZERO, up: DVec3::Z, fov };
+            let lens = camera.lens(512, 300).unwrap();
+            for (column, row) in [(0, 0), (496, 0), (0, 284), (496, 284), (256, 144), (511, 299)] {
+                let beam = lens.beam(&(column..512.min(column + 16)), &(row..300.min(row + 16)));
+                for number in 0..200 {
+                    let mut throw = || dice.throw();
+                    let size = [f64::from(512.min(column + 16) - column), f64::from(300.min(row + 16) - row)];
+                    // Also along the edges of the beam.
+                    let [x, y] = [throw(), throw()].map(|place| (2.0 * place - 0.5).clamp(0.0, 1.0 - 1e-12));
+                    let ray = lens.ray(f64::from(column) + x * size[0], f64::from(row) + y * size[1]);
+                    let t = [1e-3, 0.1, 1.0, 30.0, 1e3][number % 5];
+                    let mut vector = || DVec3::new(throw(), throw(), throw()) - 0.5;
+                    let turned = DMat3::from_cols(vector(), vector(), vector());
+                    let inner_from_world = DAffine3 { matrix3: turned, translation: 1e3 * vector() };
+                    let (ray, beam) = (transform(&ray, &inner_from_world), beam.transform(&inner_from_world));
+                    // What is added in a search for the drift of rays.
+                    let around = DVec3::splat(DRIFT * ray.origin.abs().element_sum());
+                    let bounds = Aabb::new(ray.at(t) - around, ray.at(t) + around);
+                    let near = beam.meets(&bounds).expect("the ray goes there");
+                    assert!(near <= t, "at {fov}: {near} after {t}");
+                    let window = beam.window_of([ray.direction].into_iter());
+                    assert!(beam.window(&bounds).meets(&window), "at {fov}: {window:?} of {ray:?}");
                 }
             }
         }
-        self.list.sort_by(|a, b| a.near.total_cmp(&b.near));
-        self.trail.keep(hits);
     }
 }

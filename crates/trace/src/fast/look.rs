@@ -108,14 +108,18 @@ impl Compiled {
                 index(covers.len() - 1)
             })
         };
-        for (part, cover) in self.parts.iter_mut().zip(items) {
-            match cover {
-                Some(cover) => part.cover = number(cover),
-                None => part.size = f32::INFINITY,
+        // What no line has met is looked into.
+        for (at, cover) in items.into_iter().enumerate() {
+            let is_seen = match self.items[at].content {
+                Content::Super(number) => self.root_node(number).is_some_and(|root| looks[root].is_seen()),
+                _ => true,
+            };
+            match cover.filter(|_| is_seen) {
+                Some(cover) => self.parts[at].cover = number(cover),
+                None => self.parts[at].size = f32::INFINITY,
             }
         }
         for (at, cover) in nodes.into_iter().enumerate() {
-            // What no line has met is looked into.
             if looks[at].is_seen() {
                 self.nodes[at].size = narrow(bounds[at].size().length());
                 self.nodes[at].cover = number(cover);

@@ -199,7 +199,8 @@ impl Tracer<'_> {
     /// [detail](Accelerated::with_detail) is not looked into: its box is met, and shows a primitive of the part that is drawn
     /// by chance. Below the right operand of \\ it is left out, so that nothing is cut off but what really is.
     ///
-    /// A tracer begins with rays that are lines. Of what is compiled on demand, parts are not looked into that are smaller
+    /// Of rays that are traced together, one says for all what is small, so that a hit depends on which these are. A tracer
+    /// begins with rays that are lines. Of what is compiled on demand, parts are not looked into that are smaller
     /// than 10⁻¹² of the distance and of the whole.
     pub fn set_footprint(&mut self, pixel: Footprint) {
         let finest = self.held.finest();
@@ -263,7 +264,7 @@ impl Tracer<'_> {
     /// The first hits of up to [`PACKET`] rays.
     ///
     /// # Panics
-    /// If there are more.
+    /// If there are more, or not as many places for hits.
     pub fn nearest_of(&mut self, rays: &[Ray], found: &mut [Option<Hit>]) {
         self.nearest_from(None, rays, found);
     }
@@ -272,12 +273,13 @@ impl Tracer<'_> {
     /// is gone once for all calls with the same beam that follow each other, and is no part of what is counted.
     ///
     /// # Panics
-    /// If there are more.
+    /// If there are more, or not as many places for hits.
     pub fn nearest_within(&mut self, beam: &Beam, rays: &[Ray], found: &mut [Option<Hit>]) {
         self.nearest_from(Some(beam), rays, found);
     }
 
     fn nearest_from(&mut self, beam: Option<&Beam>, rays: &[Ray], found: &mut [Option<Hit>]) {
+        assert_eq!(rays.len(), found.len(), "a place for each hit");
         self.counters.rays += rays.len() as u64;
         if self.trace_packet(beam, rays, |_| f64::INFINITY, Ask::Nearest) {
             found.fill(None);
@@ -298,8 +300,9 @@ impl Tracer<'_> {
     /// Which of up to [`PACKET`] rays meet the solid before their ends, as a set of bits.
     ///
     /// # Panics
-    /// If there are more.
+    /// If there are more, or not as many ends.
     pub fn occluded_of(&mut self, rays: &[Ray], ends: &[f64]) -> u32 {
+        assert_eq!(rays.len(), ends.len(), "an end for each ray");
         self.counters.shadow_rays += rays.len() as u64;
         let is_together = self.trace_packet(None, rays, |lane| ends[lane], Ask::Any);
         let mut is_met = |lane: usize| {
@@ -349,7 +352,7 @@ impl Tracer<'_> {
         }
         *coat = None;
         let Some(last) = rays.len().checked_sub(1) else {
-            hits.clear([0.0; PACKET]);
+            hits.clear([f64::INFINITY; PACKET]);
             return true;
         };
         let entries = match beam {

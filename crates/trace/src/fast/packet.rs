@@ -11,6 +11,7 @@
 //! so those that agree go together, and at each super-node, whose frame may be turned, they are sorted anew.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, f64x8, mask32x16};
+use smallvec::SmallVec;
 
 use super::Inquiry;
 use super::compile::{Content, Item, SuperNode};
@@ -22,6 +23,9 @@ use super::lanes::{HALF, LANES, Lanes, Mask, Rays, each, transform};
 use super::shapes::{self, bits};
 use super::single::{self, Single};
 use super::tree::{Child, Node, WIDTH};
+
+/// All children of a node.
+const ALL_SLOTS: u32 = (1 << WIDTH) - 1;
 
 /// With fewer rays than this, each goes on alone.
 const FEW: u32 = 4;
@@ -80,7 +84,7 @@ impl Packet {
         for entry in entries.list.iter().filter(|entry| entry.is_seen(&window)) {
             let mut before = 0;
             for half in 0..2 {
-                let is_before = inquiry.hits.t.half(simd, half).simd_ge(f64x8::splat(simd, entry.near));
+                let is_before = inquiry.hits.t.half(simd, half).simd_ge(f64x8::splat(simd, entry.near()));
                 before |= bits(is_before) << (half * HALF);
             }
             if lanes & before != 0 {
@@ -123,6 +127,14 @@ impl Packet {
         (first.block, first.way) = (number, entry.way);
         let ball = &inquiry.held.block(number).supers[entry.number as usize];
         self.enter(simd, ball, entry.child, 0, lanes, inquiry.hits);
+        if let (Some(slot), Err(node)) = (entry.slot, entry.child.get()) {
+            let (rays, node) = (&self.levels[0], &inquiry.held.block(number).nodes[node]);
+            let opened: SmallVec<[Open; 1]> = self.stack.drain(..).collect();
+            for open in opened {
+                inquiry.work.boxes += u64::from(lanes.count_ones());
+                push(simd, &mut self.stack, node, rays, &open, 1 << slot);
+            }
+        }
         while let Some(open) = self.stack.pop() {
             let level = open.level;
             let rays = &mut self.levels[level as usize];
@@ -161,7 +173,7 @@ impl Packet {
                 Err(node) => {
                     let node = &block.nodes[node];
                     inquiry.work.boxes += u64::from(node.count * lanes.count_ones());
-                    push(simd, &mut self.stack, node, rays, &open);
+                    push(simd, &mut self.stack, node, rays, &open, ALL_SLOTS);
                     continue;
                 }
                 Ok(at) => at,
@@ -278,9 +290,9 @@ impl Packet {
     }
 }
 
-/// Puts the children of a node that rays of the set meet on the stack, the nearest last.
+/// Puts the children of a node in some slots that rays of the set meet on the stack, the nearest last.
 #[inline(always)]
-fn push<S: Simd>(simd: S, stack: &mut Vec<Open>, node: &Node, rays: &NarrowRays, open: &Open) {
+fn push<S: Simd>(simd: S, stack: &mut Vec<Open>, node: &Node, rays: &NarrowRays, open: &Open, slots: u32) {
     let inverse = load(simd, &rays.inverse);
     let near_offset = load(simd, &rays.near_offset);
     let far_offset = load(simd, &rays.far_offset);
@@ -289,7 +301,7 @@ fn push<S: Simd>(simd: S, stack: &mut Vec<Open>, node: &Node, rays: &NarrowRays,
     let end = rays.end.load(simd);
     let near_planes = node.near_planes(open.falling);
     let far_planes = node.far_planes(open.falling);
-    let (slots, count) = candidates(simd, node, rays.tube.as_ref());
+    let (slots, count) = candidates(simd, node, rays.tube.as_ref(), slots);
     for slot in &slots[..count] {
         let slot = usize::from(*slot) % WIDTH;
         let mut near = start;
@@ -309,14 +321,14 @@ fn push<S: Simd>(simd: S, stack: &mut Vec<Open>, node: &Node, rays: &NarrowRays,
     }
 }
 
-/// The slots of a node that rays of a tube may meet, the nearest last, and how many these are.
+/// Of some slots of a node, those that rays of a tube may meet, the nearest last, and how many these are.
 #[inline(always)]
-fn candidates<S: Simd>(simd: S, node: &Node, tube: Option<&Line>) -> ([u8; WIDTH], usize) {
-    let (near, mut met) = match tube {
+fn candidates<S: Simd>(simd: S, node: &Node, tube: Option<&Line>, of: u32) -> ([u8; WIDTH], usize) {
+    let (near, met) = match tube {
         Some(tube) => single::met(simd, node, tube, f32::MIN, f32::MAX),
         None => ([0.0; WIDTH], (1 << node.count) - 1),
     };
-    let (mut slots, mut count) = ([0; WIDTH], 0);
+    let (mut met, mut slots, mut count) = (met & of, [0; WIDTH], 0);
     for slot in 0..8_u8 {
         if met & 1 != 0 {
             let mut at = count;

@@ -46,7 +46,7 @@ pub(super) fn normals_at<S: Simd>(
     Some(match primitive {
         Primitive::Sphere => point,
         Primitive::Cylinder => caps_or(simd, ray, t, Vec3x8 { z: f64x8::splat(simd, 0.0), ..point }),
-        Primitive::Cone => caps_or(simd, ray, t, side_of_cone(simd, point, 0.0 - 1.0)),
+        Primitive::Cone => caps_or(simd, ray, t, side_of_cone(simd, point, SLOPE)),
         Primitive::Frustum { top } => caps_or(simd, ray, t, side_of_cone(simd, point, top - 1.0)),
         Primitive::Cube => face_of_cube(simd, ray, t),
         _ => return None,
@@ -134,9 +134,11 @@ fn cylinder<S: Simd>(simd: S, [origin, direction]: [Vec3x8<S>; 2]) -> Span<S> {
     clip(caps, side)
 }
 
+/// How the radius of a cone grows with its height.
+const SLOPE: f64 = -1.0;
+
 #[inline(always)]
 fn cone<S: Simd>(simd: S, [origin, direction]: [Vec3x8<S>; 2]) -> Span<S> {
-    const SLOPE: f64 = -1.0;
     let splat = |value| f64x8::splat(simd, value);
     let (zero, infinity) = (splat(0.0), splat(f64::INFINITY));
     let caps = slab(simd, origin.z, direction.z, 0.0, 1.0);
@@ -216,4 +218,64 @@ fn keep<S: Simd>(simd: S, condition: mask64x8<S>, [enter, exit]: Span<S>) -> Spa
 #[inline(always)]
 fn clip<S: Simd>(a: Span<S>, b: Span<S>) -> Span<S> {
     [b[0].simd_gt(a[0]).select(b[0], a[0]), b[1].simd_lt(a[1]).select(b[1], a[1])]
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{Level, dispatch};
+    use glam::DVec3;
+
+    use super::*;
+    use crate::Ray;
+    use crate::fast::lanes::{HALF, Lanes};
+    use crate::shapes::{extents, normal_at};
+
+    /// Corners, edges, apexes and lines along faces among them.
+    fn rays() -> impl Iterator<Item = Ray> {
+        let coordinates = [-2.0, -1.0, 0.0, 0.5, 1.0, 0.3];
+        let steps = [-1.0, 0.0, 0.5, 1.0, 0.7];
+        let triples = |of: &[f64]| {
+            let pairs = of.iter().flat_map(|x| of.iter().map(move |y| [*x, *y]));
+            pairs.flat_map(|[x, y]| of.iter().map(move |z| DVec3::new(x, y, *z))).collect::<Vec<_>>()
+        };
+        let directions: Vec<_> = triples(&steps).into_iter().filter(|step| *step != DVec3::ZERO).collect();
+        triples(&coordinates).into_iter().flat_map(move |origin| {
+            directions.clone().into_iter().map(move |direction| Ray { origin, direction })
+        })
+    }
+
+    #[test]
+    fn normals_of_eight_are_those_of_one() {
+        let frustums = [0.0, 0.25, 3.0].map(|top| Primitive::Frustum { top });
+        let others = [Primitive::Sphere, Primitive::Cylinder, Primitive::Cone, Primitive::Cube];
+        for primitive in frustums.into_iter().chain(others) {
+            let met = rays().flat_map(|ray| {
+                let ends = extents(&primitive, &ray).into_iter().filter(|[enter, exit]| enter < exit);
+                ends.flatten().map(move |t| (ray, t))
+            });
+            let met: Vec<(Ray, f64)> = met.filter(|(_, t)| t.is_finite()).collect();
+            assert!(met.len() > 5000, "{primitive:?} is met {} times", met.len());
+            for eight in met.chunks_exact(HALF) {
+                let [mut origin, mut direction, mut normal] = [[Lanes::ZERO; 3]; 3];
+                let mut t = Lanes::ZERO;
+                for (lane, (ray, at)) in eight.iter().enumerate() {
+                    t.0[lane] = *at;
+                    for axis in 0..3 {
+                        origin[axis].0[lane] = ray.origin[axis];
+                        direction[axis].0[lane] = ray.direction[axis];
+                    }
+                }
+                dispatch!(Level::new(), simd => {
+                    let ray = [&origin, &direction].map(|vectors| Vec3x8::load(simd, vectors, 0));
+                    let found = normals_at(simd, &primitive, ray, t.half(simd, 0));
+                    found.expect("the kind is one of them").store(&mut normal, 0);
+                });
+                for (lane, (ray, at)) in eight.iter().enumerate() {
+                    let alone = normal_at(&primitive, ray, *at).expect("it is a boundary");
+                    let together = DVec3::from_array([0, 1, 2].map(|axis: usize| normal[axis].0[lane]));
+                    assert_eq!(together, alone, "{primitive:?} {ray:?} at {at}");
+                }
+            }
+        }
+    }
 }

@@ -80,20 +80,20 @@ pub(super) fn shrink(tallies: &[Tally; CELLS], depths: &[f64; CELLS]) -> [f64; C
 /// What is known of how the children of a node stop lines together: the sums of a regression of what was found on what would
 /// be if they were side by side or one behind the other, each less what would be by chance.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Together {
+pub(super) struct Arrangement {
     beside: [f32; 2],
     behind: [f32; 2],
     squares: f32,
     lines: f32,
 }
 
-impl Together {
+impl Arrangement {
     /// Takes what a line has met, and what was left of it.
     pub(super) fn add(&mut self, met: &[Meeting], left: f32) {
-        let [beside, by_chance, behind] = [1.0, 0.0, -1.0]
+        let [beside, by_chance, in_row] = [1.0, 0.0, -1.0]
             .map(|apart| met.iter().fold(1.0, |left, meeting| behind(left, meeting.cover, apart)));
         let excess = by_chance - left;
-        let slopes = [by_chance - beside, behind - by_chance];
+        let slopes = [by_chance - beside, in_row - by_chance];
         self.beside[0] += excess * slopes[0];
         self.beside[1] += slopes[0] * slopes[0];
         self.behind[0] -= excess * slopes[1];

@@ -7,7 +7,7 @@ use super::lines::on_sphere;
 use super::{Meeting, Survey};
 use crate::fast::compile::{Content, SuperNode, index};
 use crate::fast::cover::behind;
-use crate::fast::frame::Narrow;
+use crate::fast::frame::{Narrow, narrow};
 use crate::fast::hits::{ROOT, START};
 use crate::fast::lanes::transform;
 use crate::fast::look::Seen;
@@ -15,9 +15,29 @@ use crate::fast::sample::{Dice, Sample};
 use crate::{Ray, shapes};
 
 impl Survey<'_> {
+    /// What a line sees of those that it meets of the children of a node, the nearest first: each stops it by chance.
+    pub(super) fn see_first(
+        &mut self,
+        ball: &SuperNode,
+        node: usize,
+        met: &[Meeting],
+        line: &Ray,
+        dice: &mut Dice,
+    ) -> Option<Seen> {
+        let patience = narrow(dice.throw());
+        let mut left = 1.0;
+        let first = *met.iter().find(|meeting| {
+            left = behind(left, meeting.cover, meeting.apart);
+            left < patience
+        })?;
+        let face = self.see(first, line, dice)?;
+        let open = face.open * self.open(ball, node, first, line, &face, dice);
+        Some(Seen { open, ..face })
+    }
+
     /// The part of the light to a face that parts do not stop, other than the one where it is: of what comes from one
     /// side, by chance.
-    pub(super) fn open(
+    fn open(
         &self,
         ball: &SuperNode,
         node: usize,
@@ -35,12 +55,7 @@ impl Survey<'_> {
     }
 
     /// What a line sees of a part that stops it.
-    pub(super) fn see(
-        &mut self,
-        Meeting { t, child, .. }: Meeting,
-        line: &Ray,
-        dice: &mut Dice,
-    ) -> Option<Seen> {
+    fn see(&mut self, Meeting { t, child, .. }: Meeting, line: &Ray, dice: &mut Dice) -> Option<Seen> {
         let block = self.block;
         let at = match child.get() {
             Err(node) => return self.found.looks[node].draw(line.direction, dice),

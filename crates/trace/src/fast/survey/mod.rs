@@ -20,7 +20,7 @@ use fearless_simd::{Level, Simd, dispatch};
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
-use self::estimate::{Tally, Together, shrink};
+use self::estimate::{Arrangement, Tally, shrink};
 use self::lines::{Throws, flux};
 use super::compile::{Compiled, Content};
 use super::cover::{self, CELLS, Cover, behind};
@@ -42,8 +42,11 @@ const LINES_BELOW: usize = 8;
 /// With fewer, directions are not told apart.
 const FEW_LINES: usize = 4;
 
-/// All lines together, more or less.
+/// All lines through roots together, more or less, and all through other nodes.
 const ALL_LINES: usize = 1 << 18;
+
+/// Coprime with the number of cells.
+const STRIDE: usize = 10;
 
 /// The most super-nodes that a line is followed through. Of others it goes by what was measured.
 const ENTERED: usize = 64;
@@ -58,7 +61,7 @@ pub(super) struct Surveyed {
     pub(super) looks: Vec<Look>,
     /// The covers of nodes.
     pub(super) nodes: Vec<Cover>,
-    /// Those of items; none of what is always looked into.
+    /// Those of items; none of a primitive, also if it is alone in a super-node.
     pub(super) items: Vec<Option<Cover>>,
     pub(super) paints: Vec<Vec<(AttributeTerm, f64)>>,
 }
@@ -85,8 +88,8 @@ type Meetings = SmallVec<[Meeting; WIDTH]>;
 struct Survey<'b> {
     block: &'b Compiled,
     level: Level,
-    /// The most lines through a box.
-    lines: usize,
+    /// The most lines through the box of a super-node, and of another node.
+    lines: [usize; 2],
     /// What is known so far.
     found: Surveyed,
     numbers: FxHashMap<Vec<(AttributeTerm, u64)>, u32>,
@@ -100,10 +103,15 @@ struct Survey<'b> {
 impl Compiled {
     /// Measures what is seen of all nodes and items.
     pub(super) fn survey(&self, level: Level) -> Surveyed {
+        let most = |boxes: usize| (ALL_LINES / boxes.max(1)).max(2);
         let mut survey = Survey {
             block: self,
             level,
-            lines: (ALL_LINES / self.nodes.len().max(1)).max(2),
+            // What is above a super-node goes by what was measured of it, however many nodes there are below.
+            lines: [
+                most(self.supers.len()).min(CELLS * LINES),
+                most(self.nodes.len()).min(CELLS * LINES_BELOW),
+            ],
             found: Surveyed {
                 bounds: vec![Aabb::ALL; self.nodes.len()],
                 looks: vec![Look::default(); self.nodes.len()],
@@ -130,11 +138,11 @@ impl Survey<'_> {
         for item in &items {
             self.found.items[*item] = self.cover_of_item(*item);
         }
-        let mut together = Together::default();
+        let mut arrangement = Arrangement::default();
         for node in nodes.iter().rev() {
-            self.look_at(number, *node, &mut together);
+            self.look_at(number, *node, &mut arrangement);
         }
-        let apart = together.apart();
+        let apart = arrangement.apart();
         for item in items {
             self.found.items[item].iter_mut().for_each(|cover| cover.apart = apart);
         }
@@ -143,8 +151,9 @@ impl Survey<'_> {
         }
     }
 
-    /// The cover of an item, unless it is always looked into: what is seen of the root of its super-node is the same
-    /// through another box.
+    /// The cover of an item, unless it is a primitive: what is seen of the root of its super-node is the same through
+    /// another box. How it stops lines together with its siblings is not known yet; as recursion is alike from level to
+    /// level, what its own parts do is a guess at it.
     fn cover_of_item(&self, at: usize) -> Option<Cover> {
         /// Directions in each cell, in each of both ways across.
         const STEPS: u8 = 2;
@@ -155,8 +164,9 @@ impl Survey<'_> {
             Content::Shape(_) => return None,
             Content::Solid(_) | Content::Gate(_) => return Some(Cover::ALL),
         };
-        let root = block.root_node(number).filter(|root| self.found.looks[*root].is_seen())?;
-        let [outer, inner] = [block.parts[at].bounds, self.found.bounds[root]];
+        let Some(root) = block.supers[number as usize].root else { return Some(Cover::NONE) };
+        let (inner, root) = self.measured(root);
+        let (outer, root) = (&block.parts[at].bounds, root?);
         let by_volume = 1.0 / item.item_from_super.matrix3.determinant().abs();
         let steps = || (0..STEPS).map(|step| (f64::from(step) + 0.5) / f64::from(STEPS));
         let cells = std::array::from_fn(|cell| {
@@ -164,17 +174,24 @@ impl Survey<'_> {
             for across in steps().flat_map(|u| steps().map(move |v| [u, v])) {
                 let direction = cover::direction_in(cell, across);
                 let inside = item.item_from_super.matrix3 * direction;
-                let cover = f64::from(self.found.nodes[root].along(inside));
-                sum[0] += cover * flux(&inner, inside) * by_volume;
-                sum[1] += flux(&outer, direction);
+                sum[0] += f64::from(root.along(inside)) * flux(inner, inside) * by_volume;
+                sum[1] += flux(outer, direction);
             }
             narrow((sum[0] / sum[1]).clamp(0.0, 1.0))
         });
-        Some(Cover { cells, apart: self.found.nodes[root].apart })
+        Some(Cover { cells, apart: root.apart })
+    }
+
+    /// The box and the cover of a child of a node; no cover of a primitive.
+    fn measured(&self, child: Child) -> (&Aabb, Option<&Cover>) {
+        match child.get() {
+            Err(node) => (&self.found.bounds[node], Some(&self.found.nodes[node])),
+            Ok(item) => (&self.block.parts[item].bounds, self.found.items[item].as_ref()),
+        }
     }
 
     /// Draws lines through the box of a node and looks at where they are stopped.
-    fn look_at(&mut self, number: u32, node: usize, together: &mut Together) {
+    fn look_at(&mut self, number: u32, node: usize, arrangement: &mut Arrangement) {
         let block = self.block;
         let ball = &block.supers[number as usize];
         let unit = &block.nodes[node];
@@ -188,14 +205,14 @@ impl Survey<'_> {
         let is_root = block.root_node(number) == Some(node);
         let is_super = |item: usize| matches!(block.items[item].content, Content::Super(_));
         let are_primitives = is_root && !block.items_of(number).any(is_super);
-        let lines = self.lines.min(CELLS * if is_root { LINES } else { LINES_BELOW });
+        let lines = self.lines[usize::from(!is_root)];
         let throws: [Throws; CELLS] = std::array::from_fn(|_| Throws::new(&mut dice));
         let mut tallies = [Tally::default(); CELLS];
         let mut seen = Vec::new();
-        for line in 0..lines {
+        for number in 0..lines {
             // Neighbours are far from each other.
-            let cell = line * STRIDE % CELLS;
-            let (line, weight) = throws[cell].line(&bounds, cell, line / CELLS);
+            let cell = number * STRIDE % CELLS;
+            let (line, weight) = throws[cell].line(&bounds, cell, number / CELLS);
             let Some(inside) = Narrow::new(line, ball, ROOT, START) else { continue };
             let left = dispatch!(self.level, simd => self.follow(simd, node, inside, is_root));
             tallies[cell].add(weight, 1.0 - f64::from(left));
@@ -206,23 +223,11 @@ impl Survey<'_> {
             // Of primitives it is known how they stop lines: what is not are the nodes above them.
             let parts = if are_primitives { &met } else { &self.parts };
             if is_root && parts.len() > 1 {
-                together.add(parts, left);
+                arrangement.add(parts, left);
             }
             if seen.len() < SEEN && !met.is_empty() {
                 met.sort_unstable_by(|one, other| one.t.total_cmp(&other.t));
-                let patience = narrow(dice.throw());
-                let mut left = 1.0;
-                let first = met.iter().find(|meeting| {
-                    left = behind(left, meeting.cover, meeting.apart);
-                    left < patience
-                });
-                if let Some(first) = first {
-                    let face = self.see(*first, &line, &mut dice);
-                    seen.extend(face.map(|face| {
-                        let open = face.open * self.open(ball, node, *first, &line, &face, &mut dice);
-                        Seen { open, ..face }
-                    }));
-                }
+                seen.extend(self.see_first(ball, node, &met, &line, &mut dice));
             }
         }
         let cells = if lines < FEW_LINES * CELLS {
@@ -238,14 +243,10 @@ impl Survey<'_> {
     /// How much the children of a node cover in each direction, together and all over its box, if nothing of them were behind
     /// another one.
     fn depths(&self, node: usize, bounds: &Aabb) -> [f64; CELLS] {
-        let block = self.block;
         std::array::from_fn(|cell| {
             let direction = cover::direction_in(cell, [0.5; 2]);
-            let covered = block.children(node).map(|child| {
-                let (bounds, cover) = match child.get() {
-                    Err(below) => (&self.found.bounds[below], Some(&self.found.nodes[below])),
-                    Ok(at) => (&block.parts[at].bounds, self.found.items[at].as_ref()),
-                };
+            let covered = self.block.children(node).map(|child| {
+                let (bounds, cover) = self.measured(child);
                 flux(bounds, direction) * cover.map_or(1.0, |cover| f64::from(cover.cells[cell]))
             });
             covered.sum::<f64>() / flux(bounds, direction)
@@ -255,21 +256,21 @@ impl Survey<'_> {
     /// The share of rays that is left of one that goes through a node, and from the root of a super-node through those that
     /// it leads to.
     #[inline(always)]
-    fn follow<S: Simd>(&mut self, simd: S, node: usize, narrow: Narrow, is_root: bool) -> f32 {
+    fn follow<S: Simd>(&mut self, simd: S, node: usize, start: Narrow, is_root: bool) -> f32 {
         let block = self.block;
         let mut left = 1.0;
         self.frames.clear();
-        self.frames.push(narrow);
+        self.frames.push(start);
         self.open.clear();
         self.open.push((0, Child::node(node)));
         self.parts.clear();
         // A frame that is not the first is one below it.
         while let Some((frame, child)) = self.open.pop() {
-            let narrow = &self.frames[frame];
+            let ray = &self.frames[frame];
             let at = match child.get() {
                 Err(node) => {
                     let node = &block.nodes[node];
-                    let (_, mut met) = single::met(simd, node, &narrow.line, narrow.start, f32::MAX);
+                    let (_, mut met) = single::met(simd, node, &ray.line, ray.start, f32::MAX);
                     while met != 0 {
                         self.open.push((frame, node.children[met.trailing_zeros() as usize % WIDTH]));
                         met &= met - 1;
@@ -283,19 +284,24 @@ impl Survey<'_> {
                 (Some(cover), Content::Super(number))
                     if is_root && frame == 0 && self.frames.len() < ENTERED =>
                 {
-                    self.parts.push(Meeting::new(0.0, cover, &narrow.ray, child));
+                    self.parts.push(Meeting::new(0.0, cover, &ray.ray, child));
                     let below = &block.supers[number as usize];
-                    let ray = transform(&narrow.ray, &item.item_from_super);
-                    if let (Some(narrow), Some(root)) = (Narrow::new(ray, below, ROOT, START), below.root) {
-                        self.frames.push(narrow);
+                    let inside = transform(&ray.ray, &item.item_from_super);
+                    if let (Some(inside), Some(root)) = (Narrow::new(inside, below, ROOT, START), below.root)
+                    {
+                        self.frames.push(inside);
                         self.open.push((self.frames.len() - 1, root));
                     }
                 }
                 (Some(cover), _) => {
-                    left = behind(left, cover.along(narrow.ray.direction), cover.apart);
+                    let met = Meeting::new(0.0, cover, &ray.ray, child);
+                    left = behind(left, met.cover, met.apart);
+                    if frame == 0 {
+                        self.parts.push(met);
+                    }
                 }
                 (None, _) => {
-                    if self.meet_whole(narrow, at).is_some() {
+                    if self.meet_primitive(&ray.ray, at).is_some() {
                         left = 0.0;
                         if frame == 0 {
                             self.parts.push(Meeting { t: 0.0, cover: 1.0, apart: 0.0, child });
@@ -307,12 +313,21 @@ impl Survey<'_> {
         left
     }
 
-    /// Where a ray meets an item that is always looked into: a primitive, or what is as good as its box.
-    fn meet_whole(&self, narrow: &Narrow, at: usize) -> Option<f64> {
-        let item = &self.block.items[at];
-        let Content::Shape(shape) = item.content else { return Some(0.0) };
-        let inside = transform(&narrow.ray, &item.item_from_super);
-        single::first(&shapes::extents(&self.block.shapes[shape as usize], &inside))
+    /// Where a ray in a super-node meets an item of it that is a primitive, also if it is alone in super-nodes of its own.
+    fn meet_primitive(&self, super_ray: &Ray, mut at: usize) -> Option<f64> {
+        let block = self.block;
+        let mut ray = *super_ray;
+        loop {
+            let item = &block.items[at];
+            ray = transform(&ray, &item.item_from_super);
+            match item.content {
+                Content::Shape(shape) => {
+                    return single::first(&shapes::extents(&block.shapes[shape as usize], &ray));
+                }
+                Content::Super(number) => at = block.supers[number as usize].root?.get().ok()?,
+                Content::Solid(_) | Content::Gate(_) => return None,
+            }
+        }
     }
 
     /// What a ray meets of the children of a node.
@@ -325,27 +340,19 @@ impl Survey<'_> {
             let slot = met.trailing_zeros() as usize % WIDTH;
             met &= met - 1;
             let child = block.nodes[node].children[slot];
-            let mut t = narrow.t(near[slot]);
-            let cover = match child.get() {
-                Err(below) => Some(&self.found.nodes[below]),
-                Ok(at) => self.found.items[at].as_ref(),
-            };
-            let (cover, apart) = match (cover, child.get()) {
-                (Some(cover), _) => (cover.along(narrow.ray.direction), cover.apart),
-                (None, Ok(at)) => {
-                    let Some(first) = self.meet_whole(narrow, at) else { continue };
-                    t = first.max(t);
-                    (1.0, 0.0)
+            let t = narrow.t(near[slot]);
+            let met = match (self.measured(child), child.get()) {
+                ((_, Some(cover)), _) => Meeting::new(t, cover, &narrow.ray, child),
+                ((_, None), Ok(at)) => {
+                    let Some(first) = self.meet_primitive(&narrow.ray, at) else { continue };
+                    Meeting { t: first.max(t), cover: 1.0, apart: 0.0, child }
                 }
-                (None, Err(_)) => unreachable!("all nodes have covers"),
+                ((_, None), Err(_)) => unreachable!("all nodes have covers"),
             };
-            if cover > 0.0 {
-                meetings.push(Meeting { t, cover, apart, child });
+            if met.cover > 0.0 {
+                meetings.push(met);
             }
         }
         meetings
     }
 }
-
-/// Coprime with the number of cells.
-const STRIDE: usize = 10;

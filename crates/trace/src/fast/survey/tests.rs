@@ -1,6 +1,6 @@
 //! What is measured, and what is found by looking into everything.
 
-use csg_graph::{Expr, Graph, GraphBuilder, NodeId, PrimitiveKind, TransformKind};
+use csg_graph::{Expr, Graph, GraphBuilder, NodeId, Operator, PrimitiveKind, TransformKind};
 use csg_graph_bounds::{Limits, exact};
 use glam::DVec3;
 
@@ -11,9 +11,15 @@ use crate::fast::bounds::Bounds;
 /// A primitive in places, each of half the size of all, and so on, n times.
 fn fractal(n: f64, kind: PrimitiveKind, places: &[[f64; 3]]) -> Graph {
     let mut builder = GraphBuilder::new();
+    let primitive = builder.primitive(kind, []);
+    let symbol = recursion(&mut builder, n, primitive, places);
+    builder.finish(symbol).unwrap()
+}
+
+/// The symbol of such a fractal.
+fn recursion(builder: &mut GraphBuilder, n: f64, primitive: NodeId, places: &[[f64; 3]]) -> NodeId {
     let n = builder.param("n", n);
     let symbol = builder.symbol("X");
-    let primitive = builder.primitive(kind, []);
     let parts: Vec<NodeId> = places
         .iter()
         .map(|place| {
@@ -21,24 +27,32 @@ fn fractal(n: f64, kind: PrimitiveKind, places: &[[f64; 3]]) -> Graph {
             builder.transform(TransformKind::Move, place.map(Expr::from), smaller)
         })
         .collect();
-    let all = parts
-        .into_iter()
-        .reduce(|one, other| builder.operator(csg_graph::Operator::Union, one, other))
-        .unwrap();
+    let all = union(builder, parts);
     let rest = builder.calculate([(n, Expr::from(n) - 1.0)], all);
     builder.rules(symbol, Some(Expr::choose(Expr::from(n).gt(0.0), 1.0, 2.0)), [rest, primitive]);
-    builder.finish(symbol).unwrap()
+    symbol
 }
+
+fn union(builder: &mut GraphBuilder, parts: Vec<NodeId>) -> NodeId {
+    parts.into_iter().reduce(|one, other| builder.operator(Operator::Union, one, other)).unwrap()
+}
+
+const BUDGET: usize = Accelerated::DEFAULT_BUDGET;
 
 const TETRAHEDRON: [[f64; 3]; 4] = [[0.5, 0.5, 0.5], [0.5, -0.5, -0.5], [-0.5, 0.5, -0.5], [-0.5, -0.5, 0.5]];
 
-/// What is measured of the root of a graph in each direction, and what rays that look into everything find there.
-fn compare(graph: &Graph) -> Vec<[f64; 2]> {
+/// What is measured of a graph that is compiled into some memory, and the first node of its root.
+fn survey(graph: &Graph, budget: usize) -> (Surveyed, usize) {
     let boxes = exact(graph, &Limits::default()).unwrap();
-    let whole = Compiled::whole(graph, Bounds::Exact(&boxes), 1 << 18).unwrap().with_parts();
-    let found = whole.survey(Level::new());
-    let root = whole.root_node(0).unwrap();
-    let scene = Accelerated::new(graph, &boxes, 1 << 18).unwrap();
+    let whole = Compiled::whole(graph, Bounds::Exact(&boxes), budget).unwrap().with_parts();
+    (whole.survey(Level::new()), whole.root_node(0).unwrap())
+}
+
+/// What is measured of the root of a graph in each direction, and what rays that look into everything find there.
+fn compare(graph: &Graph, budget: usize) -> Vec<[f64; 2]> {
+    let (found, root) = survey(graph, budget);
+    let boxes = exact(graph, &Limits::default()).unwrap();
+    let scene = Accelerated::new(graph, &boxes, budget).unwrap();
     let mut tracer = scene.tracer();
     let mut dice = Dice::at(DVec3::ONE);
     let mut stopped = |cell: usize| {
@@ -55,8 +69,9 @@ fn compare(graph: &Graph) -> Vec<[f64; 2]> {
 
 #[test]
 fn covers_are_what_rays_find_at_any_depth() {
-    for n in [4, 12, 24, 40] {
-        let cells = compare(&fractal(f64::from(n), PrimitiveKind::Sphere, &TETRAHEDRON));
+    // With much memory there are so many nodes that few lines are left for each.
+    for (n, budget) in [(4, BUDGET), (12, BUDGET), (24, BUDGET), (40, BUDGET), (24, 1 << 24)] {
+        let cells = compare(&fractal(f64::from(n), PrimitiveKind::Sphere, &TETRAHEDRON), budget);
         let [mut covers, mut found] = [0.0; 2];
         for (cell, [cover, stopped]) in cells.iter().enumerate() {
             // The centre of each face of the cube: along its axes a tetrahedron of any depth stops all.
@@ -75,10 +90,47 @@ fn walls_have_no_holes() {
     // Squares of squares, none of which fills its box from all sides.
     let square = [[0.5, 0.5, 0.0], [-0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [-0.5, -0.5, 0.0]];
     for n in [5, 9, 20] {
-        for [cover, stopped] in compare(&fractal(f64::from(n), PrimitiveKind::Cube, &square)) {
+        for [cover, stopped] in compare(&fractal(f64::from(n), PrimitiveKind::Cube, &square), BUDGET) {
             assert!((cover - stopped).abs() < 0.05, "{n}: {cover} of {stopped}");
         }
     }
+}
+
+#[test]
+fn what_hardly_any_line_meets_stops_hardly_any() {
+    let mut builder = GraphBuilder::new();
+    let sphere = builder.primitive(PrimitiveKind::Sphere, []);
+    let grain = builder.transform(TransformKind::UScale, [Expr::from(0.004)], sphere);
+    let dust = recursion(&mut builder, 20.0, grain, &TETRAHEDRON);
+    let (found, root) = survey(&builder.finish(dust).unwrap(), BUDGET);
+    for cover in found.nodes[root].cells {
+        assert!(cover < 0.05, "{cover}");
+    }
+}
+
+#[test]
+fn crowns_beside_a_solid_stop_rays_as_they_do_without_it() {
+    let apart = |has_ground: bool| {
+        let mut builder = GraphBuilder::new();
+        let sphere = builder.primitive(PrimitiveKind::Sphere, []);
+        let crown = recursion(&mut builder, 9.0, sphere, &TETRAHEDRON);
+        let places =
+            (0..12).map(|i| [f64::from(i * 5 % 12) * 0.2, f64::from(i * 7 % 12) * 0.2, f64::from(i) * 0.2]);
+        let mut parts: Vec<NodeId> = places
+            .map(|place| builder.transform(TransformKind::Move, place.map(Expr::from), crown))
+            .collect();
+        if has_ground {
+            let cube = builder.primitive(PrimitiveKind::Cube, []);
+            let flat = builder.transform(TransformKind::Scale, [4.0, 4.0, 0.5].map(Expr::from), cube);
+            let ground = builder.operator(Operator::Difference, flat, sphere);
+            parts.push(builder.transform(TransformKind::Move, [1.0, 1.0, -1.0].map(Expr::from), ground));
+        }
+        let all = union(&mut builder, parts);
+        let (found, root) = survey(&builder.finish(all).unwrap(), BUDGET);
+        found.nodes[root].apart
+    };
+    let [without, with] = [false, true].map(apart);
+    assert!((without - with).abs() < 0.3, "{without}, and with a ground {with}");
 }
 
 #[test]
