@@ -147,6 +147,8 @@ pub enum Round {
     /// In the long run the cycle alone shrinks by this factor each time round. But together with the other cycles about it,
     /// no norms were found in which all of them do.
     Unproven(f64),
+    /// It is unbounded, so that no part of it is ever too small to matter.
+    Infinite,
     /// Bounds of it, which take all transformations at their extremes, grow by this factor after many rounds.
     Unbounded(f64),
 }
@@ -161,6 +163,7 @@ impl fmt::Display for Round {
                 f,
                 "shrinks by a factor of {factor:.4} each time round, but cannot be shown to shrink on all ways"
             ),
+            Self::Infinite => write!(f, "is unbounded, so that none of its parts is ever small"),
             Self::Unbounded(factor) => write!(
                 f,
                 "is not known to shrink on the way: with all transformations at their extremes, what bounds it grows \

@@ -134,9 +134,10 @@ fn vast(args: &CheckArgs, loaded: &Loaded, error: &StatesError, limit: usize) ->
 fn endless(args: &CheckArgs, loaded: &Loaded, path: &[SymbolState]) -> Result<(), Failure> {
     let graph = &loaded.scene.graph;
     let exact = exact(graph, &loaded.bounds_limits());
-    let bounded = exact.as_ref().ok().map(|exact| Bounded {
+    let exact = exact.and_then(|exact| Ok((exact.shrinks(graph)?, exact)));
+    let bounded = exact.as_ref().ok().map(|(contraction, exact)| Bounded {
         node_states: exact.counts.states,
-        contraction: exact.endless.map_or(1.0, |endless| endless.contraction),
+        contraction: *contraction,
         min: exact.root.min.to_array(),
         max: exact.root.max.to_array(),
     });

@@ -1,5 +1,6 @@
 //! Engines made ready: boxes computed, states compiled, and what that took.
 
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use csg_graph::{Analysis, BigUint, Graph};
@@ -17,6 +18,12 @@ const AFFORDABLE_CHAIN: u32 = 2_000_000;
 /// How much larger than the least ones the boxes of the fast engine and the grid may be, relative to their extent. Rays hardly notice
 /// a hundredth, and it takes a third of the time of the least ones.
 const GAP: f64 = 1e-2;
+
+/// How large a solid may be: squares of lengths have to be numbers.
+const SIZES: Range<f64> = 1e-150..1e150;
+
+/// How many times as far from the origin as it is large a solid may be, so that coordinates tell its parts apart.
+const FARTHEST: f64 = 1e13;
 
 /// An engine, ready.
 pub(crate) struct Prepared<'a> {
@@ -49,7 +56,11 @@ impl<'a> Prepared<'a> {
             }
             (Plan::Fast { detail, memory, .. }, Regime::Vast(_) | Regime::Endless) => {
                 let (bounds, usual_detail, memory) = match regime {
-                    Regime::Endless => (StateBounds::Exact(Box::new(exact_boxes(loaded)?)), 0.5, memory),
+                    Regime::Endless => {
+                        let boxes = exact_boxes(loaded)?;
+                        boxes.shrinks(graph).map_err(|error| bounds::failure(loaded, error))?;
+                        (StateBounds::Exact(Box::new(boxes)), 0.5, memory)
+                    }
                     _ => {
                         let envelopes = loaded.envelopes()?;
                         let memory = memory.saturating_sub(envelopes.bytes());
@@ -132,10 +143,21 @@ impl<'a> Prepared<'a> {
     }
 }
 
-/// The boxes of all states.
+/// The boxes of all states, of a solid that can be seen.
 fn exact_boxes(loaded: &Loaded) -> Result<ExactBoxes<Graph>, Failure> {
-    exact(&loaded.scene.graph, &loaded.bounds_limits().with_gap(GAP))
-        .map_err(|error| bounds::failure(loaded, error))
+    let boxes = exact(&loaded.scene.graph, &loaded.bounds_limits().with_gap(GAP))
+        .map_err(|error| bounds::failure(loaded, error))?;
+    let (size, place) = (boxes.root.size().max_element(), boxes.root.center().length());
+    // A recursion may come to nothing but a point.
+    let is_seen = SIZES.contains(&size) && place < FARTHEST * size;
+    if boxes.root.is_empty() || boxes.endless.is_some() || is_seen {
+        return Ok(boxes);
+    }
+    let reason = format!(
+        "the solid is {size:.1e} large and {place:.1e} from the origin, which leaves too few digits to trace it; its size may be from {:.0e} to {:.0e}, and its distance {FARTHEST:.0e} times that",
+        SIZES.start, SIZES.end
+    );
+    Err(loaded.refused(reason))
 }
 
 /// The boxes of the reference walk, if it has any.

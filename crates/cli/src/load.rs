@@ -1,8 +1,8 @@
 //! Reading a scene, and reporting its mistakes where they are.
 
 use std::fmt::Display;
-use std::fs;
-use std::io::{self, ErrorKind};
+use std::fs::File;
+use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use csg_graph::{Analysis, Limits, StatesError};
@@ -14,6 +14,12 @@ use crate::{Failure, bounds, output, say};
 
 /// Nodes that are looked at for each face of the box that the camera frames, where the states are too many to be listed.
 const FACE_STEPS: usize = 2000;
+
+/// The most bytes that a file may have.
+const LARGEST: u64 = 1 << 26;
+
+/// The most diagnostics that are shown.
+const SHOWN: usize = 100;
 
 /// A scene that has no mistakes so far, with the text that later messages point into.
 pub(crate) struct Loaded {
@@ -149,7 +155,18 @@ impl Loaded {
 
 /// Reads a file as text.
 pub(crate) fn read(path: &Path) -> Result<String, Failure> {
-    let bytes = fs::read(path).map_err(|error| {
+    let all = |path: &Path| -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        File::open(path)?.take(LARGEST + 1).read_to_end(&mut bytes)?;
+        if bytes.len() as u64 > LARGEST {
+            let reason = format!(
+                "it has more than {LARGEST} bytes; is it a scene? Even large ones have a few thousand"
+            );
+            return Err(io::Error::other(reason));
+        }
+        Ok(bytes)
+    };
+    let bytes = all(path).map_err(|error| {
         let meant = path.with_extension("pcsg");
         let error = match error.kind() {
             ErrorKind::NotFound if meant.is_file() => {
@@ -169,8 +186,11 @@ pub(crate) fn read(path: &Path) -> Result<String, Failure> {
 
 /// Writes diagnostics to standard error.
 pub(crate) fn report(name: &str, source: &str, diagnostics: &[Diagnostic]) {
-    for diagnostic in diagnostics {
+    for diagnostic in diagnostics.iter().take(SHOWN) {
         say(format_args!("{}\n", diagnostic.render(name, source, true)));
+    }
+    if let more @ 1.. = diagnostics.len().saturating_sub(SHOWN) {
+        say(format_args!("and {more} more\n"));
     }
 }
 

@@ -17,6 +17,10 @@ use crate::load::Loaded;
 /// What a listed state takes with its box, in bytes, or somewhat less.
 const STATE: usize = 2048;
 
+/// So many states are listed in any case. It is more than what never ends has, in general, which is another picture when it
+/// is not known to.
+const FEW: usize = 1 << 12;
+
 /// What is known of all states of a scene.
 pub(crate) enum Regime {
     Finite(Box<Analysis>),
@@ -30,7 +34,7 @@ impl Regime {
     pub(crate) fn of(loaded: &Loaded, plan: Plan) -> Result<Self, Failure> {
         let mut limits = loaded.limits;
         if let Plan::Fast { memory, .. } = plan {
-            limits.states = limits.states.min(memory / STATE);
+            limits.states = limits.states.min((memory / STATE).max(FEW));
         }
         match loaded.scene.graph.analyse(&limits) {
             Ok(analysis) => Ok(Self::Finite(Box::new(analysis))),

@@ -115,6 +115,9 @@ pub enum Fault {
     /// A recursion leads on and on, and to no solid.
     #[error("the recursion leads on and on, and to no solid")]
     Nothing,
+    /// Operators have operators for operands, and these again, for longer than anything that shrinks would.
+    #[error("what is subtracted or clipped here leads on and on, and does not get smaller")]
+    Bottomless,
     /// An attribute is not in its range.
     #[error("{} is {value}, and it is {}", term.name(), Allowed(*.term))]
     OutOfRange {

@@ -313,3 +313,42 @@ fn what_is_seen_of_two_that_are_alike_is_no_matter_of_which_was_seen_first() {
     assert!(found.iter().all(Option::is_some));
     assert_eq!(found, seen([1, 0]));
 }
+
+/// The boxes of what never ends are those of what is not subtracted, and of one operand of ∩; rays go through all operands.
+#[test]
+fn recursion_through_any_operand_comes_to_an_end_if_it_shrinks() {
+    for (rule, is_seen) in [
+        (r"sphere & uscale(0.9) A", false),
+        (r"cube & move(0.1, 0, 0) uscale(0.9) A", false),
+        (r"sphere \ uscale(0.5) A", true),
+        (r"cube \ move(0.3, 0, 0) uscale(0.9) A", true),
+        (r"sphere & (cube \ uscale(0.8) A)", true),
+        (r"cube \ (sphere | move(1, 1, 1) uscale(0.6) A)", true),
+        (r"(cube | move(1, 0, 0) rotz(45) uscale(0.7) A) & uscale(1.2) sphere", true),
+    ] {
+        let graph = graph(&format!("{{}} A\nA -> {rule}"));
+        let boxes = exact(&graph, &Limits::default()).unwrap();
+        assert!(boxes.shrinks(&graph).unwrap() < 1.0, "{rule}");
+        let root = boxes.root;
+        let scene = Accelerated::on_demand(graph, StateBounds::Exact(Box::new(boxes)), 1 << 20).unwrap();
+        let scene = scene.with_detail(1.0);
+        let (mut tracer, lens) = (scene.tracer(), lens(&root));
+        let hits = centres().filter(|centre| look(&mut tracer, &lens, *centre).is_some()).count();
+        assert!(!is_seen || hits > 500, "{rule}: {hits} hits");
+    }
+    for rule in [r"sphere \ A", r"sphere \ rotz(30) A", "sphere & A", "sphere & uscale(1.1) A"] {
+        let graph = graph(&format!("{{}} A\nA -> {rule}"));
+        let boxes = exact(&graph, &Limits::default()).unwrap();
+        let refused = boxes.shrinks(&graph).unwrap_err().to_string();
+        assert!(refused.contains("the recursion never ends: A → "), "{rule}: {refused}");
+    }
+}
+
+/// Where chance decides, nobody has shown beforehand that what is subtracted shrinks.
+#[test]
+fn operators_that_lead_on_and_on_by_chance_are_an_error() {
+    let graph = graph("{} A\nA -> sphere \\ rotz(rand(0, 90)) A");
+    let bounds = Aabb::new(DVec3::NEG_ONE, DVec3::ONE);
+    let error = picture(&enveloped(&graph, 1 << 20), &bounds, 1).unwrap_err();
+    assert!(error.to_string().contains("does not get smaller"), "{error}");
+}

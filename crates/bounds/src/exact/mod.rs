@@ -27,6 +27,7 @@
 //! - [`norm`]: lengths by which maps shrink that only do so in the long run.
 //! - [`contraction`]: the certificate that the recursion shrinks, and the first boxes.
 //! - [`attractor`]: better boxes, by queries that go round the cycle.
+//! - [`shrinks`]: the same certificate for all that a ray goes through, what is subtracted included.
 //!
 //! ## What is exact
 //!
@@ -47,6 +48,7 @@ mod contraction;
 mod furthest;
 mod norm;
 mod query;
+mod shrinks;
 mod solids;
 mod states;
 
@@ -216,8 +218,9 @@ pub struct Support {
 pub struct Endless {
     /// How many states lead back to themselves.
     pub states: usize,
-    /// Once round any cycle of states, distances shrink to at most this share of what they were, measured in suitable
-    /// norms. Below 1, and certified, rounding included.
+    /// Once round any cycle of states that boxes are made from, distances shrink to at most this share of what they were,
+    /// measured in suitable norms. Below 1, and certified, rounding included. What is subtracted, or clipped by another
+    /// operand, may shrink or not: [`ExactBoxes::shrinks`] tells.
     pub contraction: f64,
 }
 

@@ -159,6 +159,14 @@ impl<S: Scene> States<S> {
         }
     }
 
+    /// All states directly below a state.
+    pub(super) fn operands(&self, number: u32) -> &[u32] {
+        match &self.terms[number as usize] {
+            Term::Difference(operands) => operands,
+            _ => self.below(number),
+        }
+    }
+
     /// Numbers a state whose children all have numbers, the last ones known.
     fn close(&mut self, frame: Frame<S>, known: &mut Vec<u32>) -> u32 {
         let below = &known[frame.known..];

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::{path, repository, run, run_in, scene};
+use crate::{files, path, repository, run, run_in, scene};
 
 #[test]
 fn check_counts_exactly() {
@@ -60,6 +60,18 @@ fn a_recursion_without_an_end_has_a_counterexample() {
     let report: Value = serde_json::from_str(&out).unwrap();
     assert_eq!(report["terminates"], false);
     assert_eq!(report["counterexample"][0]["symbol"], "A");
+}
+
+#[test]
+fn what_is_subtracted_from_itself_has_to_shrink() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("loop.pcsg"), "{} A\nA -> sphere \\ rotz(30) A").unwrap();
+    for command in ["check", "render"] {
+        let (code, _, err, _) = run_in(folder.path(), &[command, "loop.pcsg"]);
+        assert_eq!(code, 1);
+        assert!(err.contains("A → \\ → rotz leads back to itself and does not shrink"), "{err}");
+    }
+    assert_eq!(files(folder.path()), ["loop.pcsg"]);
 }
 
 #[test]

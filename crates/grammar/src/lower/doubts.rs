@@ -59,7 +59,9 @@ impl Lowering<'_> {
             let name = tree.text(span);
             let unread = self.scope.get(name).is_some_and(|param| !self.scope.is_read(param));
             if unread && !name.starts_with('_') && seen.insert(name) {
-                let others = self.scope.names().filter(|other| *other != name);
+                let is_read =
+                    |other: &&str| self.scope.get(other).is_some_and(|param| self.scope.is_read(param));
+                let others = self.scope.names().filter(is_read);
                 let meant =
                     guess(&self.diagnostics, name, others).map(|other| format!("did you mean `{other}`?"));
                 self.diagnostics.push(

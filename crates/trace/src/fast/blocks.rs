@@ -15,7 +15,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use csg_graph::{EvalError, Graph, Node, State};
+use csg_graph::{EvalError, Fault, Graph, Node, State};
 use elsa::FrozenVec;
 use quick_cache::Weighter;
 use quick_cache::sync::Cache;
@@ -24,7 +24,7 @@ use rustc_hash::FxHashMap;
 use super::bounds::StateBounds;
 use super::compile::{BYTES, Compiled, Content, Item, SuperNode, index};
 use super::detail::Footprint;
-use super::hits::Place;
+use super::hits::{Hits, Place};
 use super::sample::{Dice, Sample};
 use super::unions::Unions;
 
@@ -214,6 +214,15 @@ pub(super) struct Held<'a> {
     most: usize,
     /// What was wrong with a state that a ray came to.
     fault: Cell<Option<Box<EvalError>>>,
+    deepest: Cell<usize>,
+}
+
+/// How many questions below operators may wait for each other.
+fn deepest(source: &Blocks) -> usize {
+    match source {
+        Blocks::Whole(_) => usize::MAX,
+        Blocks::OnDemand(_) => 1 << 13,
+    }
 }
 
 impl<'a> Held<'a> {
@@ -229,6 +238,7 @@ impl<'a> Held<'a> {
             come_to: Cell::new(0),
             most: usize::MAX,
             fault: Cell::new(None),
+            deepest: Cell::new(deepest(source)),
         };
         held.hold(match source {
             Blocks::Whole(whole) => Arc::clone(whole),
@@ -250,7 +260,8 @@ impl<'a> Held<'a> {
         let Blocks::OnDemand(source) = self.source else { return false };
         let is_too_much = self.share.bytes.get() > source.memory / HELD / rayon::current_num_threads();
         if is_too_much {
-            *self = Self { fault: Cell::new(self.fault.take()), ..Self::new(self.source) };
+            let (fault, deepest) = (Cell::new(self.fault.take()), self.deepest.clone());
+            *self = Self { fault, deepest, ..Self::new(self.source) };
         }
         self.begin(usize::MAX);
         is_too_much
@@ -350,6 +361,29 @@ impl<'a> Held<'a> {
         }
     }
 
+    /// Whether too many questions wait for each other below the operators on a way. Where recursion goes by chance, nobody has
+    /// shown that it shrinks, and this is how it is found not to. What is found from then on is void.
+    #[inline(always)]
+    pub(super) fn is_bottomless(&self, waiting: usize, hits: &Hits, way: u32) -> bool {
+        let is_bottomless = waiting > self.deepest.get();
+        if is_bottomless {
+            self.refuse(hits, way);
+        }
+        is_bottomless
+    }
+
+    #[cold]
+    fn refuse(&self, hits: &Hits, way: u32) {
+        let Blocks::OnDemand(source) = self.source else { unreachable!("all that is listed ends") };
+        if self.deepest.replace(0) > 0 {
+            let (above, item) = hits.step(way);
+            let node = self.item(hits.block(above), item).node;
+            let at = csg_graph::Place { node, expr: None, label: source.graph.node_name(node) };
+            let fault = EvalError { at, fault: Fault::Bottomless, values: Vec::new() };
+            self.fault.set(Some(Box::new(fault)));
+        }
+    }
+
     /// What is seen of a part that is too small to be looked into.
     pub(super) fn sample(&self, block: u32, part: Place) -> Sample {
         let (block, at) = (self.block(block), part.item as usize);
@@ -370,6 +404,7 @@ impl<'a> Held<'a> {
 
     /// What was wrong with a state that a ray came to since the last question, if anything was.
     pub(super) fn take_fault(&self) -> Option<EvalError> {
+        self.deepest.set(deepest(self.source));
         self.fault.take().map(|fault| *fault)
     }
 }

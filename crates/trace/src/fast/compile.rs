@@ -124,7 +124,7 @@ impl Compiled {
         loop {
             // A try is given up as soon as it does not fit, so that all of them cost about as much as the last.
             if let Some(lists) = Lists::whole(&mut states, &root, length, affordable)? {
-                return Self::close(lists, &states);
+                return Self::close(lists, &states, false);
             }
             length = (length / 2).max(SHORTEST);
         }
@@ -141,7 +141,7 @@ impl Compiled {
         // The items, and the unions above them.
         let mut states = States::new(graph, unions, bounds, 2 * length);
         let root = states.place(state)?;
-        Self::close(Lists::block(&mut states, &root, length)?, &states)
+        Self::close(Lists::block(&mut states, &root, length)?, &states, true)
     }
 
     /// Opens all boxes.
@@ -187,8 +187,8 @@ impl Compiled {
             + size_of_val(&**symbols)
     }
 
-    /// Gives all entries their exact boxes and each list its tree.
-    fn close(lists: Lists, states: &States<'_>) -> Result<Self, EvalError> {
+    /// Gives all entries their exact boxes and each list its tree. It may be a part of what never ends.
+    fn close(lists: Lists, states: &States<'_>, is_part: bool) -> Result<Self, EvalError> {
         let Lists { lists, supers, numbers, solids, .. } = lists;
         let mut compiled = Self { solids, ..Self::default() };
         let mut gates: FxHashMap<u32, u32> = FxHashMap::default();
@@ -229,7 +229,13 @@ impl Compiled {
                 compiled.items.push(Item { item_from_super, content, node, depth, paint });
                 compiled.symbols.push(symbol);
             }
-            compiled.supers.push(super_node(&mut boxes, first, &mut compiled.nodes));
+            // What leads on has a box to be judged by even if it is alone, and what may lead back to itself always leads on.
+            let leads_on = match compiled.items[first..] {
+                [Item { content: Content::Super(_) | Content::Gate(_), .. }] => true,
+                [Item { content: Content::Solid(_), .. }] => is_part,
+                _ => false,
+            };
+            compiled.supers.push(super_node(&mut boxes, first, leads_on, &mut compiled.nodes));
         }
         compiled.shrink();
         Ok(compiled)
@@ -252,8 +258,9 @@ impl Compiled {
     }
 }
 
-/// The super-node whose items, the `first` and those behind it, have these boxes.
-fn super_node(boxes: &mut [Aabb], first: usize, nodes: &mut Vec<Node>) -> SuperNode {
+/// The super-node whose items, the `first` and those behind it, have these boxes. If there is one and it does not lead on,
+/// it needs no node.
+fn super_node(boxes: &mut [Aabb], first: usize, leads_on: bool, nodes: &mut Vec<Node>) -> SuperNode {
     let (bounded, unbounded): (Vec<Aabb>, Vec<Aabb>) = boxes.iter().partition(|bounds| bounds.is_bounded());
     let all = bounded.into_iter().reduce(Aabb::join);
     let (center, radius) = all.map_or((DVec3::ZERO, 0.0), |all| (all.center(), 0.5 * all.size().length()));
@@ -263,7 +270,11 @@ fn super_node(boxes: &mut [Aabb], first: usize, nodes: &mut Vec<Node>) -> SuperN
     for bounds in &mut *boxes {
         *bounds = Aabb::new((bounds.min - center) / radius, (bounds.max - center) / radius);
     }
-    let root = (!boxes.is_empty()).then(|| tree::build(boxes, first, nodes));
+    let root = match boxes {
+        [] => None,
+        [alone] if leads_on => Some(tree::node_of_one(*alone, first, nodes)),
+        _ => Some(tree::build(boxes, first, nodes)),
+    };
     SuperNode { center, radius, to_unit: 1.0 / radius, reach, root }
 }
 

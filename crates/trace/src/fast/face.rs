@@ -191,6 +191,9 @@ impl Faces {
         mut way: u32,
         t: f64,
     ) -> Option<Crossing> {
+        if held.is_bottomless(self.calls.len(), hits, way) {
+            return Some(Crossing::OUTSIDE);
+        }
         loop {
             let number = hits.block(way);
             let block = held.block(number);

@@ -108,13 +108,14 @@ impl Compiled {
                 index(covers.len() - 1)
             })
         };
-        // What no line has met is looked into.
+        // What no line has met is looked into. Through what is below operators, no lines were drawn.
+        let is_unseen = |node: usize| bounds[node].is_bounded() && !looks[node].is_seen();
         for (at, cover) in items.into_iter().enumerate() {
-            let is_seen = match self.items[at].content {
-                Content::Super(number) => self.root_node(number).is_some_and(|root| looks[root].is_seen()),
-                _ => true,
+            let is_unseen = match self.items[at].content {
+                Content::Super(number) => self.root_node(number).is_none_or(is_unseen),
+                _ => false,
             };
-            match cover.filter(|_| is_seen) {
+            match cover.filter(|_| !is_unseen) {
                 Some(cover) => self.parts[at].cover = number(cover),
                 None => self.parts[at].size = f32::INFINITY,
             }

@@ -183,6 +183,14 @@ fn partition(items: &mut [usize], moved: &mut Vec<usize>, condition: impl Fn(usi
     count
 }
 
+/// Makes a node of an item that is alone.
+pub(super) fn node_of_one(bounds: Aabb, item: usize, nodes: &mut Vec<Node>) -> Child {
+    let mut node = Node::EMPTY;
+    node.put(0, Child::item(item), bounds);
+    nodes.push(node);
+    Child::node(nodes.len() - 1)
+}
+
 /// Makes wide nodes of more than one item: from each, the largest piece is replaced by its halves while there is room.
 fn collapse(halving: &mut Halving<'_>, first: usize, nodes: &mut Vec<Node>) -> Child {
     let all = halving.piece(0, halving.order.len());

@@ -191,6 +191,9 @@ impl Solids {
         mut ray: Ray,
         question: Question,
     ) -> Option<Answer> {
+        if held.is_bottomless(self.calls.len(), hits, way) {
+            return Some(question.nowhere());
+        }
         loop {
             let number = hits.block(way);
             let block = held.block(number);

@@ -27,7 +27,7 @@ use super::cover::{self, CELLS, Cover, behind};
 use super::frame::{Narrow, narrow};
 use super::hits::{ROOT, START};
 use super::lanes::transform;
-use super::look::{Look, Seen};
+use super::look::Look;
 use super::sample::Dice;
 use super::single;
 use super::tree::{Child, WIDTH};
