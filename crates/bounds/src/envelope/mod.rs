@@ -163,6 +163,16 @@ impl Envelopes {
         found.map_err(|failure| self.error(failure))
     }
 
+    /// Whether the envelope of a state is that of all states which differ from it by random numbers alone. It is a look-up
+    /// then, and becomes closer where the numbers are looked at: in what the state leads to. Otherwise there are parameters
+    /// by chance, of which it knows the values.
+    ///
+    /// # Panics
+    /// As for `of`.
+    pub fn is_common(&self, state: &State) -> bool {
+        !self.keys.varies(self.key(state))
+    }
+
     fn key(&self, state: &State) -> u32 {
         self.keys.number(state).expect("a state that the root leads to")
     }

@@ -30,9 +30,11 @@ use super::unions::Unions;
 
 /// How a graph is cut into blocks.
 #[derive(Clone, Copy)]
-struct Cut {
+pub(super) struct Cut {
     /// The number of items that a state is opened to.
-    length: usize,
+    pub(super) length: usize,
+    /// And that behind each gate, for its box alone.
+    pub(super) ahead: usize,
     /// The most bytes of blocks that rays come to together. Those that would come to more go alone, one after the other,
     /// so that less has to be held at one time. As it is a matter of the rays, pictures are the same for any memory.
     together: usize,
@@ -40,10 +42,11 @@ struct Cut {
 
 /// Where everything is looked into, rays come to most of what is in a block, and the fewer gates there are, with their
 /// envelopes for boxes, the fewer are passed in vain.
-const FINE: Cut = Cut { length: 64, together: 1 << 22 };
+const FINE: Cut = Cut { length: 64, ahead: 16, together: 1 << 22 };
 
-/// Where small parts are not looked into, most of a long list would be too small.
-const COARSE: Cut = Cut { length: 8, together: 1 << 21 };
+/// Where small parts are not looked into, most of a long list would be too small. To look ahead would be as much work as the
+/// block itself.
+const COARSE: Cut = Cut { length: 8, ahead: 0, together: 1 << 21 };
 
 /// About what it takes to know where a gate leads, in bytes.
 const ENTRY: usize = 64;
@@ -109,8 +112,8 @@ impl OnDemand {
         let estimated = capacity / (FINE.length * BYTES);
         let remembered = Cache::with_weighter(estimated.max(16), capacity as u64, Bytes);
         let unions = Unions::new(&graph);
-        let length = Cut::coarse(&graph, &bounds).length;
-        let root = Self::compile(&graph, &bounds, &unions, graph.root_state(), length)?;
+        let cut = Cut::coarse(&graph, &bounds);
+        let root = Self::compile(&graph, &bounds, &unions, graph.root_state(), cut)?;
         Ok(Self { graph, unions, bounds, cut: FINE, root, remembered, memory, held: AtomicUsize::new(0) })
     }
 
@@ -128,7 +131,7 @@ impl OnDemand {
     fn block(&self, state: &State) -> Result<Arc<Compiled>, EvalError> {
         self.remembered.get_or_insert_with(state, || {
             let Self { graph, bounds, unions, cut, .. } = self;
-            Self::compile(graph, bounds, unions, state.clone(), cut.length)
+            Self::compile(graph, bounds, unions, state.clone(), *cut)
         })
     }
 
@@ -137,9 +140,9 @@ impl OnDemand {
         bounds: &StateBounds,
         unions: &Unions,
         state: State,
-        length: usize,
+        cut: Cut,
     ) -> Result<Arc<Compiled>, EvalError> {
-        let block = Compiled::block(graph, bounds.as_ref(), unions, state, length)?;
+        let block = Compiled::block(graph, bounds.as_ref(), unions, state, cut)?;
         Ok(Arc::new(block.with_parts().with_node_sizes()))
     }
 

@@ -2,9 +2,9 @@
 
 use std::cell::OnceCell;
 
-use csg_graph::{EvalError, Graph, State};
-use csg_graph_bounds::{Aabb, BoundsError, Envelope, Envelopes, ExactBoxes};
-use glam::DVec3;
+use csg_graph::{EvalError, Graph, Primitive, State};
+use csg_graph_bounds::{Aabb, BoundsError, Envelope, Envelopes, ExactBoxes, Shape};
+use glam::{DAffine3, DVec3};
 
 /// What is known of the extent of all states.
 pub enum StateBounds {
@@ -52,7 +52,7 @@ impl Bounds<'_> {
     }
 
     /// How far a state with that extent reaches in a direction, at most.
-    pub(super) fn support(&self, state: &State, extent: &Extent, direction: DVec3) -> f64 {
+    fn support(&self, state: &State, extent: &Extent, direction: DVec3) -> f64 {
         let along_axis = direction.abs().element_sum() <= direction.abs().max_element();
         match self {
             Self::Exact(boxes) => {
@@ -63,6 +63,47 @@ impl Bounds<'_> {
                 let envelope = extent.envelope.get_or_init(|| envelopes.of(state).ok().map(Box::new));
                 envelope.as_ref().map_or(f64::INFINITY, |envelope| envelope.support(direction))
             }
+        }
+    }
+
+    /// The box of a state with that extent, of which the primitive is known if it is one, in the frame above: six supports,
+    /// not the box of a box.
+    pub(super) fn image(
+        &self,
+        state: &State,
+        extent: &Extent,
+        primitive: Option<&Primitive>,
+        above_from_state: &DAffine3,
+    ) -> Aabb {
+        if extent.aabb.is_empty() {
+            return Aabb::EMPTY;
+        }
+        let outer = extent.aabb.image(above_from_state);
+        let rows = above_from_state.matrix3.transpose();
+        let translation = above_from_state.translation;
+        let reach = |direction: DVec3, offset: f64, outer: f64| {
+            let support = match primitive {
+                Some(primitive) => primitive.support(direction),
+                None => self.support(state, extent, direction),
+            };
+            // Well within the padding of trees, and more than is rounded here.
+            let reach = offset + support;
+            (reach + (offset.abs() + support.abs()) * 1e-14).min(outer)
+        };
+        let mut exact = outer;
+        for axis in 0..3 {
+            exact.max[axis] = reach(rows.col(axis), translation[axis], outer.max[axis]);
+            exact.min[axis] = -reach(-rows.col(axis), -translation[axis], -outer.min[axis]);
+        }
+        exact
+    }
+
+    /// Whether what is known of a state is common to all that differ by chance alone. It has been known before then; where
+    /// the values of parameters count, as the heights of a terrain, it is close, and took longer to find.
+    pub(super) fn are_common(&self, state: &State) -> bool {
+        match self {
+            Self::Exact(_) => false,
+            Self::Envelopes(envelopes) => envelopes.is_common(state),
         }
     }
 

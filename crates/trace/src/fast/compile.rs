@@ -23,6 +23,7 @@ use glam::{DAffine3, DVec3};
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
+use super::blocks::Cut;
 use super::bounds::Bounds;
 use super::detail::Part;
 use super::lists::{Lists, SHORTEST};
@@ -124,24 +125,24 @@ impl Compiled {
         loop {
             // A try is given up as soon as it does not fit, so that all of them cost about as much as the last.
             if let Some(lists) = Lists::whole(&mut states, &root, length, affordable)? {
-                return Self::close(lists, &states, false);
+                return Self::close(lists, &states, None);
             }
             length = (length / 2).max(SHORTEST);
         }
     }
 
-    /// Compiles the block of a state.
+    /// Compiles the block of a state, cut like that.
     pub(super) fn block(
         graph: &Graph,
         bounds: Bounds<'_>,
         unions: &Unions,
         state: State,
-        length: usize,
+        cut: Cut,
     ) -> Result<Self, EvalError> {
         // The items, and the unions above them.
-        let mut states = States::new(graph, unions, bounds, 2 * length);
+        let mut states = States::new(graph, unions, bounds, 2 * cut.length);
         let root = states.place(state)?;
-        Self::close(Lists::block(&mut states, &root, length)?, &states, true)
+        Self::close(Lists::block(&mut states, &root, cut.length)?, &states, Some(cut))
     }
 
     /// Opens all boxes.
@@ -187,8 +188,9 @@ impl Compiled {
             + size_of_val(&**symbols)
     }
 
-    /// Gives all entries their exact boxes and each list its tree. It may be a part of what never ends.
-    fn close(lists: Lists, states: &States<'_>, is_part: bool) -> Result<Self, EvalError> {
+    /// Gives all entries their exact boxes and each list its tree: of all there is, or of a block, which may be a part of what
+    /// never ends.
+    fn close(lists: Lists, states: &States<'_>, cut: Option<Cut>) -> Result<Self, EvalError> {
         let Lists { lists, supers, numbers, solids, .. } = lists;
         let mut compiled = Self { solids, ..Self::default() };
         let mut gates: FxHashMap<u32, u32> = FxHashMap::default();
@@ -199,7 +201,12 @@ impl Compiled {
             compiled.items.reserve(list.len());
             compiled.symbols.reserve(list.len());
             for place in list {
-                let bounds = states.exact_box(&place)?.intersect(clip);
+                let mut bounds = states.exact_box(&place)?.intersect(clip);
+                if let Some(Cut { ahead: ahead @ 1.., .. }) = cut
+                    && states.is_worth_a_look(&place)
+                {
+                    bounds = bounds.intersect(states.box_ahead(&place, ahead).unwrap_or(Aabb::ALL));
+                }
                 if bounds.is_empty() {
                     continue;
                 }
@@ -232,7 +239,7 @@ impl Compiled {
             // What leads on has a box to be judged by even if it is alone, and what may lead back to itself always leads on.
             let leads_on = match compiled.items[first..] {
                 [Item { content: Content::Super(_) | Content::Gate(_), .. }] => true,
-                [Item { content: Content::Solid(_), .. }] => is_part,
+                [Item { content: Content::Solid(_), .. }] => cut.is_some(),
                 _ => false,
             };
             compiled.supers.push(super_node(&mut boxes, first, leads_on, &mut compiled.nodes));

@@ -202,9 +202,9 @@ fn open(states: &mut States<'_>, start: Vec<Place>, length: usize) -> Result<Vec
 }
 
 /// A union that can be opened, by its surface area.
-struct Largest {
-    area: f64,
-    place: usize,
+pub(super) struct Largest {
+    pub(super) area: f64,
+    pub(super) place: usize,
 }
 
 impl Ord for Largest {

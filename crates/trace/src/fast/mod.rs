@@ -5,7 +5,7 @@
 //! evaluated each state once, and goes down a few wide trees. It is in these parts:
 //!
 //! - [`states`], [`unions`], [`lists`], [`compile`]: states to super-nodes and solids, with the boxes of [`bounds`];
-//! - [`blocks`]: all of the graph at once, or what rays come to;
+//! - [`blocks`]: all of the graph at once, or what rays come to; [`ahead`]: closer boxes of what they may come to;
 //! - [`tree`], [`frame`], [`point`]: their boxes in single precision, and what is tested against them;
 //! - [`entry`]: where the rays of a beam begin, past the way that all of them have in common;
 //! - [`packet`], [`single`]: the first hit of rays together and alone; [`lanes`] and [`shapes`] are their arithmetic;
@@ -14,6 +14,7 @@
 //! - [`resolve`], [`together`]: surface and normal there, for one ray and for several;
 //! - [`detail`], [`look`], [`cover`], [`survey`], [`sample`]: what is too small to be looked into, and what is seen of it.
 
+mod ahead;
 pub(crate) mod blocks;
 mod bounds;
 mod compile;

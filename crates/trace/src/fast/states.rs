@@ -10,7 +10,7 @@
 use std::cell::OnceCell;
 
 use csg_graph::{AttributeTerm, EvalError, Fault, Graph, Node, Operator, Primitive, State, Step, Transform};
-use csg_graph_bounds::{Aabb, Shape};
+use csg_graph_bounds::Aabb;
 use glam::{DAffine3, DMat3, DVec3};
 use rustc_hash::{FxBuildHasher, FxHashMap};
 use smallvec::SmallVec;
@@ -23,9 +23,9 @@ const LONGEST: u32 = 5_000_000;
 
 /// States with their numbers, those that are not resolved yet among them.
 pub(crate) struct States<'a> {
-    graph: &'a Graph,
-    unions: &'a Unions,
-    bounds: Bounds<'a>,
+    pub(super) graph: &'a Graph,
+    pub(super) unions: &'a Unions,
+    pub(super) bounds: Bounds<'a>,
     pub(crate) states: Vec<Resolved>,
     numbers: FxHashMap<State, u32>,
     /// The numbers of those that are resolved, each behind those below it if all are.
@@ -267,6 +267,11 @@ impl<'a> States<'a> {
         self.is_operator_at(&self.get(place).state, Operator::Union)
     }
 
+    /// Whether the box of a place becomes closer by a look at what is behind it, and for what that takes.
+    pub(super) fn is_worth_a_look(&self, place: &Place) -> bool {
+        self.is_union(place) && self.bounds.are_common(&self.get(place).state)
+    }
+
     /// How many parts a place has as a union, resolved or not.
     pub(crate) fn part_count(&self, place: &Place) -> usize {
         self.unions.parts(self.get(place).state.node())
@@ -293,27 +298,8 @@ impl<'a> States<'a> {
     pub(crate) fn exact_box(&self, place: &Place) -> Result<Aabb, EvalError> {
         let Resolved { state, kind, .. } = self.get(place);
         let extent = self.extent(place.target)?;
-        if extent.aabb.is_empty() {
-            return Ok(Aabb::EMPTY);
-        }
-        let outer = extent.aabb.image(&place.above_from_target);
-        let rows = place.above_from_target.matrix3.transpose();
-        let translation = place.above_from_target.translation;
-        let reach = |direction: DVec3, offset: f64, outer: f64| {
-            let support = match kind {
-                Kind::Primitive(primitive) => primitive.support(direction),
-                _ => self.bounds.support(state, extent, direction),
-            };
-            // Well within the padding of trees, and more than is rounded here.
-            let reach = offset + support;
-            (reach + (offset.abs() + support.abs()) * 1e-14).min(outer)
-        };
-        let mut exact = outer;
-        for axis in 0..3 {
-            exact.max[axis] = reach(rows.col(axis), translation[axis], outer.max[axis]);
-            exact.min[axis] = -reach(-rows.col(axis), -translation[axis], -outer.min[axis]);
-        }
-        Ok(exact)
+        let primitive = if let Kind::Primitive(primitive) = kind { Some(primitive) } else { None };
+        Ok(self.bounds.image(state, extent, primitive, &place.above_from_target))
     }
 }
 
