@@ -142,10 +142,11 @@ mod tests {
     #[test]
     fn boxes_come_closer_and_cut_nothing_off() {
         for seed in 0..20 {
-            let graph = csg_graph_grammar::load(&TREE.replace("n = 6;", &format!("n = 6; seed = {seed};")), &[])
-                .expect("a scene")
-                .scene
-                .graph;
+            let graph =
+                csg_graph_grammar::load(&TREE.replace("n = 6;", &format!("n = 6; seed = {seed};")), &[])
+                    .expect("a scene")
+                    .scene
+                    .graph;
             let (unions, limits) = (Unions::new(&graph), Limits::default());
             let least = exact(&graph, &limits).expect("boxes").root;
             let size = least.min.abs().max(least.max.abs()).max_element();
@@ -158,7 +159,10 @@ mod tests {
                 let grown = Aabb::new(found.min - 1e-9 * size, found.max + 1e-9 * size);
                 assert!(grown.encloses(least), "{length}: {found:?} {least:?}");
                 if length > 2 {
-                    assert!(found.surface_area() < 0.9 * outer.surface_area(), "{length}: {found:?} {outer:?}");
+                    assert!(
+                        found.surface_area() < 0.9 * outer.surface_area(),
+                        "{length}: {found:?} {outer:?}"
+                    );
                 }
                 if length == 10_000 {
                     let off = (found.min - least.min).abs().max((found.max - least.max).abs());
