@@ -11,44 +11,40 @@ pub(crate) fn encode(linear: f64) -> f64 {
     if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 }
 }
 
-/// The encoded value as a byte. Not a number is black. Takes a power; for whole pictures there are [`Bytes`].
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "an encoded value is between 0 and 1, so that this is between 0 and 255; not a number becomes 0"
-)]
-pub(crate) fn encode_byte(linear: f64) -> u8 {
-    (encode(linear) * 255.0).round() as u8
-}
-
 /// Light in single precision as bytes, all at hand.
 pub(crate) struct Bytes {
     /// The least light that is each byte, and none for one more.
     least: [f32; 257],
-    /// The byte at each step from 0 to 1. From one step to the next, it changes by no more than one.
-    at_step: [u8; Self::STEPS + 1],
+    /// The byte at which each step begins. From one step to the next, it changes by no more than one.
+    at_step: [u8; Self::STEPS],
 }
 
 impl Bytes {
-    const STEPS: usize = 4096;
+    /// What is below is black.
+    const DARKEST: f32 = 1.0 / 65536.0;
+
+    /// What is above is white.
+    const BRIGHTEST: f32 = 1.0 - f32::EPSILON / 2.0;
+
+    /// The last bits of a number that make no other step. So there are 128 steps from each light to the double of it.
+    const BITS: u32 = f32::MANTISSA_DIGITS - 1 - 7;
+
+    const STEPS: usize = 16 * 128;
 
     #[expect(clippy::cast_possible_truncation, reason = "rounding is meant")]
     pub(crate) fn new() -> Self {
-        let (mut least, mut at_step) = ([f32::NAN; 257], [0; Self::STEPS + 1]);
+        let (mut least, mut at_step) = ([f32::NAN; 257], [0; Self::STEPS]);
         least[0] = f32::NEG_INFINITY;
         for (byte, least) in (1..=u8::MAX).zip(&mut least[1..]) {
-            let reaches = |light: f32| encode_byte(f64::from(light)) >= byte;
-            *least = decode((f64::from(byte) - 0.5) / 255.0) as f32;
-            while !reaches(*least) {
-                *least = least.next_up();
-            }
-            while reaches(least.next_down()) {
-                *least = least.next_down();
-            }
+            let light = decode((f64::from(byte) - 0.5) / 255.0);
+            let near = light as f32;
+            *least = if f64::from(near) < light { near.next_up() } else { near };
         }
         let mut byte = 0;
-        for (step, at_step) in at_step.iter_mut().enumerate() {
-            while step as f32 / Self::STEPS as f32 >= least[usize::from(byte) + 1] {
+        for (step, at_step) in (0..).zip(&mut at_step) {
+            while f32::from_bits(Self::DARKEST.to_bits() + (step << Self::BITS))
+                >= least[usize::from(byte) + 1]
+            {
                 byte += 1;
             }
             *at_step = byte;
@@ -56,12 +52,14 @@ impl Bytes {
         Self { least, at_step }
     }
 
-    /// As [`encode_byte`].
+    /// The [encoded](encode) value, from 0 to 255 and rounded. Not a number is black.
     #[inline]
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a step from 0 to STEPS")]
     pub(crate) fn encode(&self, linear: f32) -> u8 {
-        let step = (linear.clamp(0.0, 1.0) * Self::STEPS as f32) as usize;
-        let byte = self.at_step[step];
+        // In this order, what is not a number is black.
+        let light = if linear > Self::DARKEST { linear } else { Self::DARKEST };
+        let light = if light < Self::BRIGHTEST { light } else { Self::BRIGHTEST };
+        let step = (light.to_bits() - Self::DARKEST.to_bits()) >> Self::BITS;
+        let byte = self.at_step[step as usize % Self::STEPS];
         byte + u8::from(linear >= self.least[usize::from(byte) + 1])
     }
 }
@@ -69,6 +67,16 @@ impl Bytes {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The slow way to it.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "an encoded value is between 0 and 1; not a number becomes 0"
+    )]
+    fn encode_byte(linear: f64) -> u8 {
+        (encode(linear) * 255.0).round() as u8
+    }
 
     #[test]
     fn bytes_at_hand_are_those_of_the_curve() {
