@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use csg_graph_trace::{Film, Integrator, LatentImage, Probe, Settings, survey};
+use csg_graph_trace::{Integrator, LatentImage, Probe, Settings, survey};
 use image::{ImageError, ImageFormat, RgbImage};
 use rayon::ThreadPool;
 
@@ -59,15 +59,16 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     // First what the work took longest for: whoever is impatient may end the rest.
     let kept = if is_complete { Ok(()) } else { checkpoint.save(&image) };
 
-    let film = image.develop();
-    let samples = image.samples();
-    let taken = samples.iter().copied().map(u64::from).sum();
+    let taken = image.samples_taken();
     let has_layers = PictureFormat::of(&path) == Some(PictureFormat::Exr);
     let probes = has_layers.then(|| work.survey()).transpose()?;
     let stats = work.stats(&image, taken);
     let bytes = match probes {
-        Some(probes) => layers::encode(&film, samples, &probes, &loaded).map_err(unwritable(&path))?,
-        None => encode(&to_image(&film)).map_err(unwritable(&path))?,
+        Some(probes) => {
+            let film = work.pool.install(|| image.develop());
+            layers::encode(&film, image.samples(), &probes, &loaded).map_err(unwritable(&path))?
+        }
+        None => encode(&work.shown(&image)).map_err(unwritable(&path))?,
     };
     output::write(&path, &bytes)?;
     if let Some(path) = &args.stats {
@@ -79,7 +80,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
         return Err(Failure::Interrupted { picture: path, percent, checkpoint: part });
     }
     checkpoint.remove()?;
-    progress::tell(format_args!("{}: {} × {} pixels", path.display(), film.width(), film.height()));
+    let Settings { width, height, .. } = work.settings;
+    progress::tell(format_args!("{}: {width} × {height} pixels", path.display()));
     Ok(())
 }
 
@@ -92,7 +94,7 @@ pub fn picture(args: &RenderArgs) -> Result<RgbImage, Failure> {
     let work = Work::new(&loaded, args)?;
     let mut image = work.blank()?;
     work.expose(&mut image, None)?;
-    Ok(to_image(&image.develop()))
+    Ok(work.shown(&image))
 }
 
 /// A picture as a PNG file.
@@ -171,6 +173,13 @@ impl<'a> Work<'a> {
         }
     }
 
+    /// What a screen shows of a picture.
+    fn shown(&self, image: &LatentImage) -> RgbImage {
+        let Settings { width, height, .. } = self.settings;
+        let bytes = self.pool.install(|| image.to_srgb8());
+        RgbImage::from_raw(width, height, bytes).expect("a picture has three bytes a pixel")
+    }
+
     /// What primary rays meet.
     fn survey(&self) -> Result<Vec<Probe>, Failure> {
         let Settings { width, height, .. } = self.settings;
@@ -222,9 +231,4 @@ fn integrator(asked: csg_graph_grammar::Integrator) -> Integrator {
         csg_graph_grammar::Integrator::Path => Integrator::Path,
         _ => Integrator::Direct,
     }
-}
-
-fn to_image(film: &Film) -> RgbImage {
-    let image = RgbImage::from_raw(film.width(), film.height(), film.to_srgb8());
-    image.expect("a film has three bytes a pixel")
 }

@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use csg_graph_bounds::Aabb;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
+use smallvec::SmallVec;
 
 use crate::{Beam, Ray};
 
@@ -168,6 +169,19 @@ impl Lens {
         Ray { origin: self.eye, direction }
     }
 
+    /// The rays through one place in each of some columns and rows of pixels, row by row, as [`ray`](Self::ray) gives them one by
+    /// one.
+    pub(crate) fn rays(&self, columns: &Range<u32>, rows: &Range<u32>, place: DVec2, rays: &mut Vec<Ray>) {
+        let [width, height] = self.pixel;
+        let across = |x: u32| self.forward + self.right * ((f64::from(x) + place.x) * width - 1.0);
+        let across: SmallVec<[DVec3; 4]> = columns.clone().map(across).collect();
+        rays.clear();
+        for y in rows.clone() {
+            let down = self.up * (1.0 - (f64::from(y) + place.y) * height);
+            rays.extend(across.iter().map(|across| Ray { origin: self.eye, direction: *across + down }));
+        }
+    }
+
     /// The rays through some columns and rows of pixels.
     pub fn beam(&self, columns: &Range<u32>, rows: &Range<u32>) -> Beam {
         let [x, y] = [columns.start, rows.start].map(f64::from);
@@ -193,6 +207,16 @@ mod tests {
         assert!(close(lens.ray(100.0, 50.0), [0.0, 1.0, 0.0]));
         assert!(close(lens.ray(0.0, 0.0), [-1.0, 1.0, 0.5]));
         assert!(close(lens.ray(200.0, 100.0), [1.0, 1.0, -0.5]));
+    }
+
+    #[test]
+    fn rays_are_the_same_together_and_one_by_one() {
+        let lens = camera([0.3, -3.0, 7.0], [0.1, 5.0, 0.0], DVec3::Z).lens(37, 23).unwrap();
+        let place = DVec2::new(0.1, 0.7);
+        let mut rays = Vec::new();
+        lens.rays(&(31..37), &(4..9), place, &mut rays);
+        let pixels = (4..9).flat_map(|y| (31..37).map(move |x| DVec2::new(x.into(), y.into()) + place));
+        assert!(rays.into_iter().eq(pixels.map(|at| lens.ray(at.x, at.y))));
     }
 
     #[test]

@@ -6,9 +6,8 @@
 
 use std::io::{self, Read, Write};
 
-use glam::DVec3;
-
-use crate::latent::Square;
+use crate::latent::{SQUARE, Square};
+use crate::tiles::Tile;
 use crate::{Counters, LatentImage, RenderError, Settings};
 
 /// Why there is no picture to go on with.
@@ -52,15 +51,19 @@ impl LatentImage {
             to.write_all(&count.to_le_bytes())?;
         }
         to.write_all(&deepest_recursion.to_le_bytes())?;
-        for exposed in &self.exposed {
-            for Square { taken, goal } in &exposed.squares {
+        let exposure = &self.exposure;
+        for ((squares, extremes), tile) in self.squares.iter().zip(&exposure.extremes).zip(self.tiles.iter())
+        {
+            for Square { taken, goal } in squares {
                 to.write_all(&taken.to_le_bytes())?;
                 to.write_all(&goal.to_le_bytes())?;
             }
-            let exposure = &exposed.exposure;
-            let extremes = [exposure.extremes.least, exposure.extremes.greatest];
-            let of_light = exposure.light.iter().chain(&exposure.halves).flat_map(DVec3::as_ref);
-            for number in extremes.iter().chain(exposure.gauges.iter().flatten()).chain(of_light) {
+            let places = if has_samples(squares) { places(&tile) } else { Vec::new() };
+            let gauges = places.iter().filter_map(|place| exposure.gauges.get(*place)).flatten();
+            let of_light = [&exposure.light, &exposure.halves];
+            let of_light =
+                of_light.into_iter().flat_map(|all| places.iter().filter_map(|place| all.get(*place)));
+            for number in [extremes.least, extremes.greatest].iter().chain(gauges).chain(of_light.flatten()) {
                 to.write_all(&number.to_le_bytes())?;
             }
         }
@@ -86,29 +89,52 @@ impl LatentImage {
             *count = u64::from_le_bytes(bytes(from)?);
         }
         counters.deepest_recursion = u32::from_le_bytes(bytes(from)?);
-        let Settings { samples, view, noise, .. } = *settings;
-        let tiles = image.tiles;
-        for (exposed, tile) in image.exposed.iter_mut().zip((0..tiles.count()).map(|index| tiles.tile(index)))
-        {
-            for Square { taken, goal } in &mut exposed.squares {
+        let samples = settings.samples;
+        let Self { tiles, exposure, squares, .. } = &mut image;
+        for ((squares, extremes), tile) in squares.iter_mut().zip(&mut exposure.extremes).zip(tiles.iter()) {
+            for Square { taken, goal } in squares.iter_mut() {
                 *taken = u32::from_le_bytes(bytes(from)?);
                 *goal = u32::from_le_bytes(bytes(from)?);
                 if *taken > *goal || *goal > samples {
                     return Err(LoadError::Count { taken: *taken, goal: *goal, samples });
                 }
             }
-            let exposure = &mut exposed.exposure;
-            if exposed.squares.iter().any(|square| square.taken > 0) {
-                exposure.make_room(view, tile.pixel_count(), noise.is_some());
-            }
-            let extremes = [&mut exposure.extremes.least, &mut exposure.extremes.greatest];
-            let of_light = exposure.light.iter_mut().chain(&mut exposure.halves).flat_map(DVec3::as_mut);
-            for number in extremes.into_iter().chain(exposure.gauges.iter_mut().flatten()).chain(of_light) {
-                *number = f64::from_le_bytes(bytes(from)?);
+            [extremes.least, extremes.greatest] = [number(from)?, number(from)?];
+            if has_samples(squares) {
+                let places = places(&tile);
+                load_sums(&mut exposure.gauges, &places, from)?;
+                load_sums(&mut exposure.light, &places, from)?;
+                load_sums(&mut exposure.halves, &places, from)?;
             }
         }
         Ok(image)
     }
+}
+
+/// Whether there is anything to keep of a tile.
+fn has_samples(squares: &[Square]) -> bool {
+    squares.iter().any(|square| square.taken > 0)
+}
+
+/// The places of the pixels of a tile, row by row.
+fn places(tile: &Tile) -> Vec<usize> {
+    tile.pixels().map(|pixel| tile.place(SQUARE, pixel)).collect()
+}
+
+/// Reads the sums of some pixels, if there are any in this view.
+fn load_sums<const N: usize>(sums: &mut [[f64; N]], places: &[usize], from: &mut dyn Read) -> io::Result<()> {
+    for place in places {
+        if let Some(sums) = sums.get_mut(*place) {
+            for sum in sums {
+                *sum = number(from)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn number(from: &mut dyn Read) -> io::Result<f64> {
+    bytes(from).map(f64::from_le_bytes)
 }
 
 /// The next bytes of a reader.

@@ -9,16 +9,18 @@
 //! at once or not at all, and only when all have reached theirs, new ones are set. So what a square wants may depend on the
 //! whole picture, as it does where [noise](crate::noise) decides, and still on nothing else.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use csg_graph::EvalError;
 use rayon::prelude::*;
+use smallvec::{SmallVec, smallvec};
 
 use crate::noise::{self, Errors};
 use crate::render::{Brush, Painter};
-use crate::tiles::{Tile, Tiles};
+use crate::tiles::{self, Tile, Tiles};
 use crate::view::{Exposure, Extremes};
-use crate::{Counters, Film, RenderError, Settings, View, World, fast};
+use crate::{Counters, Film, RenderError, Settings, View, World, fast, srgb};
 
 /// Pixels on a side of a square: what the fast engine traces together.
 pub(crate) const SQUARE: u32 = fast::SIDE;
@@ -29,8 +31,8 @@ pub(crate) const SQUARE: u32 = fast::SIDE;
 /// [saved](Self::save), [loaded](Self::load) and continued, and come out the same.
 ///
 /// It takes 24 bytes a pixel, or 48 if noise decides when a pixel has enough samples, and as much again for a moment each
-/// time that it does; the [film](Film) that it is developed into, 12 more. The colour plate takes 16 more, and the views of
-/// depth and cost only these 16.
+/// time that it does; the [film](Film) that it is developed into, 12 more, or the bytes of a screen, 3. The colour plate takes
+/// 16 more, and the views of depth and cost only these 16.
 ///
 /// ```
 /// use csg_graph::{GraphBuilder, PrimitiveKind};
@@ -68,34 +70,14 @@ pub(crate) const SQUARE: u32 = fast::SIDE;
 pub struct LatentImage {
     pub(crate) settings: Settings,
     pub(crate) tiles: Tiles,
-    /// What is known of each tile.
-    pub(crate) exposed: Vec<Exposed>,
+    pub(crate) exposure: Exposure,
+    /// The squares of each tile.
+    pub(crate) squares: Vec<Squares>,
     pub(crate) counters: Counters,
 }
 
-/// What is known of a tile.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Exposed {
-    pub(crate) exposure: Exposure,
-    pub(crate) squares: Vec<Square>,
-}
-
-/// A pixel of a tile.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Pixel {
-    /// Among the pixels of the tile.
-    pub(crate) place: usize,
-    pub(crate) samples: u32,
-}
-
-impl Exposed {
-    /// The pixels of the tile, square by square.
-    pub(crate) fn pixels(&self, tile: &Tile) -> impl Iterator<Item = Pixel> {
-        tile.squares(SQUARE).zip(&self.squares).flat_map(|(pixels, square)| {
-            pixels.map(|at| Pixel { place: tile.place(at), samples: square.taken })
-        })
-    }
-}
+/// Row by row of a tile.
+pub(crate) type Squares = SmallVec<[Square; (tiles::SIDE / SQUARE * tiles::SIDE / SQUARE) as usize]>;
 
 /// How many samples each pixel of a square has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -106,7 +88,7 @@ pub(crate) struct Square {
 }
 
 impl Square {
-    fn is_short(self) -> bool {
+    fn is_short(&self) -> bool {
         self.taken < self.goal
     }
 
@@ -127,14 +109,12 @@ impl LatentImage {
     /// If the settings are out of range.
     pub fn new(settings: &Settings) -> Result<Self, RenderError> {
         settings.check()?;
-        let Settings { width, height, .. } = *settings;
+        let Settings { width, height, view, noise, .. } = *settings;
         let tiles = Tiles { width, height };
-        let unexposed = |index| {
-            let squares = tiles.tile(index).squares(SQUARE).count();
-            Exposed { exposure: Exposure::NONE, squares: vec![Square::default(); squares] }
-        };
-        let exposed = (0..tiles.count()).map(unexposed).collect();
-        Ok(Self { settings: *settings, tiles, exposed, counters: Counters::default() })
+        let exposure = Exposure::new(view, tiles, noise.is_some());
+        let squares = tiles.iter().map(|tile| smallvec![Square::default(); tile.squares(SQUARE).count()]);
+        let squares = squares.collect();
+        Ok(Self { settings: *settings, tiles, exposure, squares, counters: Counters::default() })
     }
 
     /// Adds samples until there are enough, which is to say `true`, or until `stop` says so, on the threads of the rayon
@@ -167,10 +147,12 @@ impl LatentImage {
                 return Ok(false);
             }
             let done = AtomicU64::new(all - self.left());
-            let spent = self.exposed.par_iter_mut().zip(0..tiles.count()).map_init(
+            // Whoever is ready takes the next tile: some take a hundred times as long as others.
+            let parts = self.exposure.parts(tiles).zip(&mut self.squares).zip(tiles.iter());
+            let spent = parts.par_bridge().map_init(
                 || Brush::new(world, &settings),
-                |brush, (exposed, index)| {
-                    let (taken, spent) = painter.paint(brush, &tiles.tile(index), exposed, stop)?;
+                |brush, ((part, squares), tile)| {
+                    let (taken, spent) = painter.paint(brush, &tile, squares, part, stop)?;
                     if taken > 0 {
                         progress(done.fetch_add(taken, Ordering::Relaxed) + taken);
                     }
@@ -185,26 +167,42 @@ impl LatentImage {
         }
     }
 
-    /// The picture of the samples so far. A pixel without any is black.
+    /// The picture of the samples so far, on the threads of the rayon pool that it is called in. A pixel without any is
+    /// black.
     pub fn develop(&self) -> Film {
-        let Settings { width, height, view, .. } = self.settings;
-        let mut extremes = Extremes::NONE;
-        for (tile, exposed) in self.tiles() {
-            extremes = extremes.join(exposed.exposure.extremes);
-            if view == View::Cost {
-                let seen = exposed.pixels(&tile).filter(|pixel| pixel.samples > 0);
-                seen.for_each(|pixel| extremes.note(exposed.exposure.mean_cost(pixel.place, pixel.samples)));
+        let Settings { width, height, .. } = self.settings;
+        Film::new(width, height, self.developed([0.0; 3], |pixel| pixel))
+    }
+
+    /// The picture of the samples so far as [`Film::to_srgb8`] would give it, without a film, which takes four times the
+    /// memory.
+    pub fn to_srgb8(&self) -> Vec<u8> {
+        let bytes = srgb::Bytes::new();
+        self.developed([0; 3], |pixel| pixel.map(|channel| bytes.encode(channel))).into_flattened()
+    }
+
+    /// Something of each pixel in linear light, row by row.
+    fn developed<T: Copy + Send + Sync>(&self, blank: T, of: impl Fn([f32; 3]) -> T + Sync) -> Vec<T> {
+        let Self { settings: Settings { view, .. }, exposure, .. } = self;
+        let mut extremes = exposure.extremes.iter().copied().fold(Extremes::NONE, Extremes::join);
+        if *view == View::Cost {
+            for (square, pixels) in self.squares().filter(|(square, _)| square.taken > 0) {
+                pixels.places().for_each(|place| extremes.note(exposure.mean_cost(place, square.taken)));
             }
         }
-        let develop = |exposed: &Exposed, pixel: Pixel| {
-            exposed.exposure.develop(view, pixel.place, pixel.samples, &extremes)
-        };
-        Film::new(width, height, self.in_rows([0.0; 3], develop))
+        self.in_rows(blank, |places, samples, to| {
+            exposure.develop(*view, places, samples, &extremes, to, &of);
+        })
     }
 
     /// How many samples each pixel has, row by row from the upper left corner.
     pub fn samples(&self) -> Vec<u32> {
-        self.in_rows(0, |_, pixel| pixel.samples)
+        self.in_rows(0, |_, samples, to| to.fill(samples))
+    }
+
+    /// How many samples all pixels have together.
+    pub fn samples_taken(&self) -> u64 {
+        self.squares().map(|(square, pixels)| u64::from(square.taken) * pixels.pixel_count() as u64).sum()
     }
 
     /// What was counted of all samples.
@@ -212,50 +210,53 @@ impl LatentImage {
         &self.counters
     }
 
-    fn tiles(&self) -> impl Iterator<Item = (Tile, &Exposed)> {
-        let tiles = self.tiles;
-        (0..tiles.count()).map(move |index| tiles.tile(index)).zip(&self.exposed)
-    }
-
-    /// Something of each pixel, row by row.
-    fn in_rows<T: Copy>(&self, blank: T, of: impl Fn(&Exposed, Pixel) -> T) -> Vec<T> {
-        let [width, height] = [self.settings.width, self.settings.height].map(|side| side as usize);
-        let mut rows = vec![blank; width * height];
-        for (tile, exposed) in self.tiles() {
-            let mut place = 0;
-            for (y, columns) in tile.rows() {
-                let squares = &exposed.squares[tile.first_square(SQUARE, y)..];
-                let row = &mut rows[y as usize * width..][..width][columns];
-                for (pixels, square) in row.chunks_mut(SQUARE as usize).zip(squares) {
-                    for pixel in pixels {
-                        *pixel = of(exposed, Pixel { place, samples: square.taken });
-                        place += 1;
+    /// Something of each pixel, row by row. It is asked for square by square: the places of the pixels in the exposure, how
+    /// many samples each of them has, and where it goes.
+    pub(crate) fn in_rows<T: Copy + Send + Sync>(
+        &self,
+        blank: T,
+        fill: impl Fn(Range<usize>, u32, &mut [T]) + Sync,
+    ) -> Vec<T> {
+        let Self { settings: Settings { width, height, .. }, tiles, squares, .. } = self;
+        let [width, height] = [*width, *height].map(|side| side as usize);
+        let mut picture = vec![blank; width * height];
+        // A row of tiles each.
+        let bands = picture.par_chunks_mut(width * tiles::SIDE as usize);
+        let bands = bands.zip(squares.par_chunks(tiles.across() as usize)).zip(0..tiles.down());
+        bands.for_each(|((rows, squares), band)| {
+            let mut own = [blank; (SQUARE * SQUARE) as usize];
+            for (squares, index) in squares.iter().zip(band * tiles.across()..) {
+                let tile = tiles.tile(index);
+                for (square, pixels) in squares.iter().zip(tile.squares(SQUARE)) {
+                    let own = &mut own[..pixels.pixel_count()];
+                    fill(pixels.places(), square.taken, own);
+                    let mut start = (pixels.rows.start - tile.rows.start) as usize * width;
+                    start += pixels.columns.start as usize;
+                    for row in own.chunks_exact(pixels.columns.len()) {
+                        rows[start..start + row.len()].copy_from_slice(row);
+                        start += width;
                     }
                 }
             }
-        }
-        rows
+        });
+        picture
     }
 
     /// Sets goals, unless some are not reached yet. Whether there is anything to do.
     fn set_goals(&mut self) -> bool {
         let most = self.settings.samples;
-        if self.squares().any(Square::is_short) {
+        let mut all = self.squares.iter().flatten();
+        if all.clone().any(Square::is_short) {
             return true;
         }
-        let is_judged = |square: Square| square.taken >= noise::FEWEST && square.taken < most;
-        let errors = self
-            .settings
-            .noise
-            .filter(|_| self.squares().any(is_judged))
-            .map(|limit| (limit, Errors::estimate(self)));
-        let tiles = self.tiles;
+        let is_judged = |square: &Square| square.taken >= noise::FEWEST && square.taken < most;
+        let errors =
+            self.settings.noise.filter(|_| all.any(is_judged)).map(|limit| (limit, Errors::estimate(self)));
         let mut has_any = false;
-        for (exposed, index) in self.exposed.iter_mut().zip(0..tiles.count()) {
-            for (square, mut pixels) in exposed.squares.iter_mut().zip(tiles.tile(index).squares(SQUARE)) {
-                let is_quiet = |(limit, errors): &(f64, Errors)| {
-                    is_judged(*square) && pixels.next().is_none_or(|corner| errors.around(corner) <= *limit)
-                };
+        for (squares, tile) in self.squares.iter_mut().zip(self.tiles.iter()) {
+            for (square, pixels) in squares.iter_mut().zip(tile.squares(SQUARE)) {
+                let is_quiet =
+                    |(limit, errors): &(f64, Errors)| is_judged(square) && errors.around(&pixels) <= *limit;
                 if square.taken < most && !errors.as_ref().is_some_and(is_quiet) {
                     square.goal = square.next(most);
                     has_any = true;
@@ -265,18 +266,16 @@ impl LatentImage {
         has_any
     }
 
-    fn squares(&self) -> impl Iterator<Item = Square> {
-        self.exposed.iter().flat_map(|exposed| exposed.squares.iter().copied())
+    /// All squares, and the pixels of each.
+    fn squares(&self) -> impl Iterator<Item = (&Square, Tile)> {
+        let tiles = self.squares.iter().zip(self.tiles.iter());
+        tiles.flat_map(|(squares, tile)| squares.iter().zip(tile.squares(SQUARE)))
     }
 
     /// How many samples there may be to take, at most.
     fn left(&self) -> u64 {
         let most = self.settings.samples;
-        let of_tile = |(tile, exposed): (Tile, &Exposed)| {
-            let squares = exposed.squares.iter().zip(tile.squares(SQUARE));
-            let short = squares.filter(|(square, _)| square.is_short());
-            short.map(|(square, pixels)| u64::from(most - square.taken) * pixels.count() as u64).sum::<u64>()
-        };
-        self.tiles().map(of_tile).sum()
+        let short = self.squares().filter(|(square, _)| square.is_short());
+        short.map(|(square, pixels)| u64::from(most - square.taken) * pixels.pixel_count() as u64).sum()
     }
 }

@@ -21,8 +21,10 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::latent::{Exposed, LatentImage, Pixel, SQUARE};
+use crate::latent::{LatentImage, SQUARE};
 use crate::srgb;
+use crate::tiles::Tile;
+use crate::view::Exposure;
 
 /// The samples that a pixel has before [noise](crate::Settings::noise) can decide that it has enough.
 pub const FEWEST: u32 = 16;
@@ -49,13 +51,11 @@ impl Errors {
     /// Estimates the errors of all pixels, which have [`FEWEST`] samples at least, or all there are.
     pub(crate) fn estimate(image: &LatentImage) -> Self {
         let [width, height] = [image.settings.width, image.settings.height].map(|side| side as usize);
-        let sights: Vec<Vec<Sight>> = image
-            .exposed
-            .par_iter()
-            .zip(0..image.tiles.count())
-            .map(|(exposed, index)| Sight::of_tile(exposed, image, index))
-            .collect();
-        let sights: Vec<Sight> = image.tiles.in_rows(&sights).copied().collect();
+        let sights = image.in_rows(Sight::NONE, |places, samples, to| {
+            for (place, sight) in places.zip(to) {
+                *sight = Sight::new(&image.exposure, place, samples);
+            }
+        });
         let of_row = |y: usize| {
             let sights = &sights;
             (0..width).map(move |x| {
@@ -73,9 +73,9 @@ impl Errors {
         Self { width, height, of_pixels: (0..height).into_par_iter().flat_map_iter(of_row).collect() }
     }
 
-    /// The largest error in a square, of which this is the upper left corner, and right around it.
-    pub(crate) fn around(&self, (x, y): (u32, u32)) -> f64 {
-        let corner = [x as usize, y as usize];
+    /// The largest error in a square and right around it.
+    pub(crate) fn around(&self, square: &Tile) -> f64 {
+        let corner = [square.columns.start as usize, square.rows.start as usize];
         let pixels = around(corner, [SQUARE as usize; 2], [self.width, self.height]);
         f64::from(pixels.map(|index| self.of_pixels[index]).fold(0.0, f32::max))
     }
@@ -93,18 +93,15 @@ fn around(
 }
 
 impl Sight {
-    fn of_tile(exposed: &Exposed, image: &LatentImage, index: u32) -> Vec<Self> {
-        let tile = image.tiles.tile(index);
-        let mut sights = vec![Self { shown: [0.0; 3], error: 0.0, samples: 0 }; tile.pixel_count()];
-        for Pixel { place, samples, .. } in exposed.pixels(&tile) {
-            let (light, even) = (exposed.exposure.light[place], exposed.exposure.halves[place]);
-            let mean = |light: DVec3, samples: u32| (light / f64::from(samples)).map(steps);
-            let shown = mean(light, samples);
-            let [even, odd] = [mean(even, samples.div_ceil(2)), mean(light - even, (samples / 2).max(1))];
-            let error = ((even - odd) * 0.5).abs().max_element();
-            sights[place] = Self { shown: shown.as_vec3().to_array(), error: narrow(error), samples };
-        }
-        sights
+    const NONE: Self = Self { shown: [0.0; 3], error: 0.0, samples: 0 };
+
+    fn new(exposure: &Exposure, place: usize, samples: u32) -> Self {
+        let [light, even] = [&exposure.light, &exposure.halves].map(|sums| DVec3::from(sums[place]));
+        let mean = |light: DVec3, samples: u32| (light / f64::from(samples)).map(steps);
+        let shown = mean(light, samples);
+        let [even, odd] = [mean(even, samples.div_ceil(2)), mean(light - even, (samples / 2).max(1))];
+        let error = ((even - odd) * 0.5).abs().max_element();
+        Self { shown: shown.as_vec3().to_array(), error: narrow(error), samples }
     }
 
     /// How different two pixels look.

@@ -63,7 +63,7 @@ pub fn primary(world: &World<'_>, width: u32, height: u32) -> Result<PrimaryPass
             let mut pass = PrimaryPass::default();
             let beam = tile.beam(probing.lens);
             for square in tile.squares(side) {
-                pass.hits += probing.count_hits(&beam, square)?;
+                pass.hits += probing.count_hits(&beam, square.pixels())?;
             }
             pass.counters = probing.tracer.take_counters();
             Ok(pass)
@@ -91,8 +91,7 @@ pub fn survey(world: &World<'_>, width: u32, height: u32) -> Result<Vec<Probe>, 
     let numbers = world.engine.state_numbers()?;
     let tracer = || world.engine.numbering_tracer(&numbers);
     let (tiles, probes) = trace(world, width, height, tracer, |probing, tile| {
-        let alone = tile.squares(1).flatten();
-        alone
+        tile.pixels()
             .map(|pixel| {
                 let hit = probing.nearest([pixel])?[0];
                 let state = hit.and_then(|_| probing.tracer.last_symbol());
@@ -115,11 +114,13 @@ fn trace<'a, T: Send>(
     let lens = world.camera.lens(width, height)?;
     let tiles = Tiles { width, height };
     let probing = || Probing { lens: &lens, tracer: tracer(), rays: Vec::new(), hits: Vec::new() };
-    let found = (0..tiles.count())
-        .into_par_iter()
-        .map_init(probing, |probing, index| trace_tile(probing, &tiles.tile(index)))
-        .collect::<Result<_, EvalError>>()?;
-    Ok((tiles, found))
+    let found = tiles.iter().enumerate().par_bridge().map_init(probing, |probing, (number, tile)| {
+        let found = trace_tile(probing, &tile)?;
+        Ok::<_, EvalError>((number, found))
+    });
+    let mut found = found.collect::<Result<Vec<_>, _>>()?;
+    found.sort_unstable_by_key(|(number, _)| *number);
+    Ok((tiles, found.into_iter().map(|(_, found)| found).collect()))
 }
 
 /// What a thread probes with.

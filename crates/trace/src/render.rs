@@ -8,9 +8,9 @@ use glam::{DVec2, DVec3};
 use crate::camera::{CameraError, Lens};
 use crate::engine::{Engine, Tracer};
 use crate::integrate::Illumination;
-use crate::latent::{Exposed, SQUARE};
+use crate::latent::{SQUARE, Square};
 use crate::tiles::Tile;
-use crate::view::Exposure;
+use crate::view::Part;
 use crate::{
     Beam, Camera, Counters, Film, Footprint, Hit, Integrator, LatentImage, Light, Ray, Sky, View, sampling,
 };
@@ -181,7 +181,6 @@ pub(crate) fn check_size(width: u32, height: u32) -> Result<(), RenderError> {
 pub(crate) struct Painter<'a> {
     world: &'a World<'a>,
     view: View,
-    is_judged: bool,
     lens: Lens,
     /// Where in a pixel its samples are, in their order.
     places: Vec<DVec2>,
@@ -189,9 +188,9 @@ pub(crate) struct Painter<'a> {
 
 impl<'a> Painter<'a> {
     pub(crate) fn new(world: &'a World<'a>, settings: &Settings) -> Result<Self, CameraError> {
-        let Settings { width, height, samples, noise, view, .. } = *settings;
+        let Settings { width, height, samples, view, .. } = *settings;
         let (lens, places) = (world.camera.lens(width, height)?, sampling::sequence(samples));
-        Ok(Self { world, view, is_judged: noise.is_some(), lens, places })
+        Ok(Self { world, view, lens, places })
     }
 
     /// Brings the squares of a tile to their goals, one after the other, until `stop` says so; gives the number of samples
@@ -200,33 +199,32 @@ impl<'a> Painter<'a> {
         &self,
         brush: &mut Brush<'_>,
         tile: &Tile,
-        exposed: &mut Exposed,
+        squares: &mut [Square],
+        mut part: Part<'_>,
         stop: &dyn Fn() -> bool,
     ) -> Result<(u64, Counters), EvalError> {
-        let Exposed { exposure, squares } = exposed;
         // What a pixel costs, and how deep its ray went, are known of single rays.
         let is_alone = matches!(self.view, View::Cost | View::Plate);
         let side = if is_alone { 1 } else { self.world.engine.side() };
-        let mut pixels = Vec::with_capacity((SQUARE * SQUARE) as usize);
         let mut taken = 0;
         let beam = tile.beam(&self.lens);
         for (square, own) in squares.iter_mut().zip(tile.squares(SQUARE)) {
+            let mut part = part.split_off(own.pixel_count());
             if square.taken == square.goal {
                 continue;
             }
             if stop() {
                 break;
             }
-            if taken == 0 {
-                exposure.make_room(self.view, tile.pixel_count(), self.is_judged);
+            if square.taken == 0 {
+                part.touch();
             }
-            pixels.clear();
-            own.for_each(|pixel| pixels.push(pixel));
             let numbers = square.taken..square.goal;
-            for pixels in pixels.chunks((side * side) as usize) {
-                self.expose(brush, &beam, pixels, numbers.clone(), |pixel| tile.place(pixel), exposure)?;
+            for together in own.squares(side) {
+                let part = part.split_off(together.pixel_count());
+                self.expose(brush, &beam, &together, numbers.clone(), part)?;
             }
-            taken += numbers.len() as u64 * pixels.len() as u64;
+            taken += numbers.len() as u64 * own.pixel_count() as u64;
             square.taken = square.goal;
         }
         Ok((taken, brush.tracer.take_counters()))
@@ -237,20 +235,20 @@ impl<'a> Painter<'a> {
         &self,
         brush: &mut Brush<'_>,
         beam: &Beam,
-        pixels: &[(u32, u32)],
+        together: &Tile,
         numbers: Range<u32>,
-        place: impl Fn((u32, u32)) -> usize,
-        exposure: &mut Exposure,
+        mut part: Part<'_>,
     ) -> Result<(), EvalError> {
         let view = self.view;
-        let Brush { tracer, illumination, rays, hits, colours } = brush;
+        let Brush { tracer, illumination, pixels, rays, hits, colours } = brush;
+        let Tile { columns, rows, .. } = together;
+        pixels.clear();
+        for y in rows.clone() {
+            pixels.extend(columns.clone().map(|x| (x, y)));
+        }
         let tests_before = tracer.counters().tests();
         for number in numbers {
-            let offset = self.places[number as usize];
-            rays.clear();
-            rays.extend(
-                pixels.iter().map(|(x, y)| self.lens.ray(f64::from(*x) + offset.x, f64::from(*y) + offset.y)),
-            );
+            self.lens.rays(columns, rows, self.places[number as usize], rays);
             let footprint = Footprint { width: 0.0, spread: self.lens.spread() };
             tracer.set_footprint(footprint);
             tracer.nearest_within(beam, rays, hits)?;
@@ -262,25 +260,24 @@ impl<'a> Painter<'a> {
                 illumination.colours(tracer, pixels, number, rays, hits, colours)?;
             }
             if view == View::Shaded {
-                for (pixel, colour) in pixels.iter().zip(colours.iter()) {
-                    exposure.colour(place(*pixel), number, *colour);
+                for (place, colour) in colours.iter().enumerate() {
+                    part.colour(place, number, *colour);
                 }
                 continue;
             }
-            for (lane, (pixel, hit)) in pixels.iter().zip(hits.iter()).enumerate() {
-                let place = place(*pixel);
+            for (place, hit) in hits.iter().enumerate() {
                 match (view, hit) {
-                    (View::Plate, Some(_)) => exposure.colour(place, number, colours[lane]),
-                    (View::Plate, None) => exposure.missed(place, missed),
-                    (View::Normal, Some(hit)) => exposure.normal(place, number, hit.normal),
-                    (View::Depth, Some(hit)) => exposure.depth(place, hit.t),
+                    (View::Plate, Some(_)) => part.colour(place, number, colours[place]),
+                    (View::Plate, None) => part.missed(place, missed),
+                    (View::Normal, Some(hit)) => part.normal(place, number, hit.normal),
+                    (View::Depth, Some(hit)) => part.depth(place, hit.t),
                     (View::Normal | View::Depth, None) | (View::Shaded | View::Cost, _) => {}
                 }
             }
         }
         if view == View::Cost {
             let tests = tracer.counters().tests() - tests_before;
-            exposure.cost(place(pixels[0]), tests as f64);
+            part.cost(0, tests as f64);
         }
         Ok(())
     }
@@ -290,6 +287,7 @@ impl<'a> Painter<'a> {
 pub(crate) struct Brush<'a> {
     tracer: Tracer<'a>,
     illumination: Illumination,
+    pixels: Vec<(u32, u32)>,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
     colours: Vec<DVec3>,
@@ -300,6 +298,7 @@ impl<'a> Brush<'a> {
         Self {
             tracer: world.engine.tracer(),
             illumination: Illumination::new(world, settings),
+            pixels: Vec::new(),
             rays: Vec::new(),
             hits: Vec::new(),
             colours: Vec::new(),

@@ -9,7 +9,7 @@ use crate::Beam;
 use crate::camera::Lens;
 
 /// Pixels on a side of a tile: enough work to be worth handing out, little enough to share the last tiles.
-const SIDE: u32 = 16;
+pub(crate) const SIDE: u32 = 16;
 
 /// The tiles of a picture, numbered row by row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,27 +20,38 @@ pub(crate) struct Tiles {
     pub(crate) height: u32,
 }
 
-/// The pixels of a tile. Those at the right and at the bottom may be smaller than others.
+/// The pixels of a tile, or of a square of one. Those at the right and at the bottom may be smaller than others.
 #[derive(Clone, Debug)]
 pub(crate) struct Tile {
-    columns: Range<u32>,
-    rows: Range<u32>,
+    pub(crate) columns: Range<u32>,
+    pub(crate) rows: Range<u32>,
+    /// The pixels of the picture before it, if they are put tile by tile, and square by square within tiles.
+    pub(crate) start: usize,
 }
 
 impl Tiles {
     pub(crate) fn count(self) -> u32 {
-        self.across() * self.height.div_ceil(SIDE)
+        self.across() * self.down()
+    }
+
+    pub(crate) fn across(self) -> u32 {
+        self.width.div_ceil(SIDE)
+    }
+
+    pub(crate) fn down(self) -> u32 {
+        self.height.div_ceil(SIDE)
     }
 
     pub(crate) fn tile(self, index: u32) -> Tile {
-        let range = |tile: u32, size: u32| tile * SIDE..size.min(tile.saturating_add(1).saturating_mul(SIDE));
-        Tile {
-            columns: range(index % self.across(), self.width),
-            rows: range(index / self.across(), self.height),
-        }
+        let picture = Tile { columns: 0..self.width, rows: 0..self.height, start: 0 };
+        picture.part(SIDE, index % self.across() * SIDE, index / self.across() * SIDE)
     }
 
-    /// The pixels of all tiles, row by row of the picture.
+    pub(crate) fn iter(self) -> impl Iterator<Item = Tile> {
+        (0..self.count()).map(move |index| self.tile(index))
+    }
+
+    /// The pixels of all tiles, each row by row, row by row of the picture.
     ///
     /// # Panics
     /// If these are not all tiles with all their pixels.
@@ -49,15 +60,10 @@ impl Tiles {
         (0..self.height).flat_map(move |y| {
             (0..across).flat_map(move |x| {
                 let index = y / SIDE * across + x;
-                let tile = self.tile(index);
-                let start = tile.place((tile.columns.start, y));
-                &tiles[index as usize][start..start + tile.columns.len()]
+                let width = self.tile(index).columns.len();
+                &tiles[index as usize][(y % SIDE) as usize * width..][..width]
             })
         })
-    }
-
-    fn across(self) -> u32 {
-        self.width.div_ceil(SIDE)
     }
 }
 
@@ -66,37 +72,46 @@ impl Tile {
         self.columns.len() * self.rows.len()
     }
 
+    /// Where its pixels are in that order.
+    pub(crate) fn places(&self) -> Range<usize> {
+        self.start..self.start + self.pixel_count()
+    }
+
+    /// Its pixels, row by row.
+    pub(crate) fn pixels(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
+        let columns = self.columns.clone();
+        self.rows.clone().flat_map(move |y| columns.clone().map(move |x| (x, y)))
+    }
+
     /// The rays through its pixels.
     pub(crate) fn beam(&self, lens: &Lens) -> Beam {
         lens.beam(&self.columns, &self.rows)
     }
 
-    /// Where a pixel is among those of the tile, row by row.
-    pub(crate) fn place(&self, (x, y): (u32, u32)) -> usize {
-        (y - self.rows.start) as usize * self.columns.len() + (x - self.columns.start) as usize
-    }
-
-    /// The rows of pixels, and the columns of the picture that each has pixels in.
-    pub(crate) fn rows(&self) -> impl Iterator<Item = (u32, Range<usize>)> {
-        self.rows.clone().map(|y| (y, self.columns.start as usize..self.columns.end as usize))
-    }
-
-    /// The first of the [squares](Self::squares) that have pixels in a row.
-    pub(crate) fn first_square(&self, side: u32, y: u32) -> usize {
-        (y - self.rows.start) as usize / side as usize * self.columns.len().div_ceil(side as usize)
-    }
-
-    /// The tile in squares with sides of `side` pixels: the pixels of each.
-    pub(crate) fn squares(&self, side: u32) -> impl Iterator<Item = impl Iterator<Item = (u32, u32)>> {
-        let part = move |start: u32, end: u32| start..end.min(start.saturating_add(side));
-        let tops = self.rows.clone().step_by(side as usize);
-        tops.flat_map(move |top| {
-            let lefts = self.columns.clone().step_by(side as usize);
-            lefts.map(move |left| {
-                let columns = part(left, self.columns.end);
-                part(top, self.rows.end).flat_map(move |y| columns.clone().map(move |x| (x, y)))
-            })
+    /// It in squares with sides of `side` pixels, row by row.
+    pub(crate) fn squares(&self, side: u32) -> impl Iterator<Item = Self> + use<> {
+        let whole = self.clone();
+        self.rows.clone().step_by(side as usize).flat_map(move |top| {
+            let whole = whole.clone();
+            whole.columns.clone().step_by(side as usize).map(move |left| whole.part(side, left, top))
         })
+    }
+
+    /// Where a pixel of it is in that order, if it is put in squares with sides of `side` pixels.
+    pub(crate) fn place(&self, side: u32, (x, y): (u32, u32)) -> usize {
+        let corner = |at: u32, start: u32| at - (at - start) % side;
+        let square = self.part(side, corner(x, self.columns.start), corner(y, self.rows.start));
+        let above = (y - square.rows.start) as usize * square.columns.len();
+        square.start + above + (x - square.columns.start) as usize
+    }
+
+    /// The square of it that has this corner.
+    fn part(&self, side: u32, left: u32, top: u32) -> Self {
+        let columns = left..self.columns.end.min(left.saturating_add(side));
+        let rows = top..self.rows.end.min(top.saturating_add(side));
+        let above = (top - self.rows.start) as usize * self.columns.len();
+        let beside = (left - self.columns.start) as usize * rows.len();
+        Self { columns, rows, start: self.start + above + beside }
     }
 }
 
@@ -105,31 +120,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tiles_and_squares_have_every_pixel_once() {
+    fn tiles_and_squares_have_every_pixel_once_and_in_their_order() {
         for (width, height, side) in [(1, 1, 4), (16, 16, 4), (33, 18, 4), (20, 47, 1), (5, 40, 7)] {
             let tiles = Tiles { width, height };
-            let pixels: Vec<Vec<(u32, u32)>> = (0..tiles.count())
-                .map(|index| {
-                    let tile = tiles.tile(index);
-                    let mut pixels = vec![None; tile.pixel_count()];
-                    for square in tile.squares(side) {
-                        for pixel in square {
-                            assert_eq!(pixels[tile.place(pixel)].replace(pixel), None);
-                        }
-                    }
-                    pixels.into_iter().map(|pixel| pixel.expect("a square has it")).collect()
-                })
-                .collect();
-            for tile in (0..tiles.count()).map(|index| tiles.tile(index)) {
-                let squares: Vec<Vec<_>> = tile.squares(side).map(Iterator::collect).collect();
-                for (y, columns) in tile.rows() {
-                    let row = &squares[tile.first_square(side, y)..];
-                    for (number, x) in columns.enumerate() {
-                        assert!(row[number / side as usize].contains(&(x.try_into().unwrap(), y)));
+            let mut count = 0;
+            let mut met = Vec::new();
+            for tile in tiles.iter() {
+                assert_eq!(tile.start, count);
+                for square in tile.squares(side) {
+                    for (pixel, place) in square.pixels().zip(square.places()) {
+                        assert_eq!((place, tile.place(side, pixel)), (count, count));
+                        met.push(pixel);
+                        count += 1;
                     }
                 }
             }
+            met.sort_unstable_by_key(|(x, y)| (*y, *x));
             let expected = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+            assert!(met.into_iter().eq(expected.clone()), "{width} by {height}");
+            let pixels: Vec<Vec<_>> = tiles.iter().map(|tile| tile.pixels().collect()).collect();
             assert!(tiles.in_rows(&pixels).copied().eq(expected), "{width} by {height}");
         }
     }

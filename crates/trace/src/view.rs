@@ -4,9 +4,12 @@
 //! rays are traced. So a pixel is first *exposed*: it sums what its samples contribute, and the extremes are noted. Then the
 //! picture is *developed*, as often as anyone wants to see what there is so far.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use crate::srgb;
+use crate::tiles::Tiles;
 
 /// What a picture shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -29,44 +32,115 @@ pub enum View {
     Cost,
 }
 
-/// What the samples of some pixels have contributed: sums, which the next samples can be added to at any time.
+/// What the samples of all pixels have contributed: sums, which the next samples can be added to at any time.
 ///
 /// They are in double precision and in the order of the samples, so that it makes no difference how often they were
-/// left and taken up again.
+/// left and taken up again. Pixels are in the order of [`Tile::start`](crate::tiles::Tile::start), where those of a tile
+/// follow each other. All memory is asked for at once, and the system gives each page of it when a pixel there is exposed.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Exposure {
     /// What can be seen as it is, of each pixel, in the views that have such a thing.
-    pub(crate) light: Vec<DVec3>,
+    pub(crate) light: Vec<[f64; 3]>,
     /// What is relative to an extreme, in other views: for the plate, the levels that are odd and those that are even;
     /// for the depth view, the depths of hits and their number; for the cost view, the tests.
     pub(crate) gauges: Vec<[f64; 2]>,
     /// What every other sample added to the light, if anyone wants to know how far both halves differ.
-    pub(crate) halves: Vec<DVec3>,
-    pub(crate) extremes: Extremes,
+    pub(crate) halves: Vec<[f64; 3]>,
+    /// Of each tile.
+    pub(crate) extremes: Vec<Extremes>,
+}
+
+/// What belongs to some pixels of a tile that follow each other.
+#[derive(Debug)]
+pub(crate) struct Part<'a> {
+    light: &'a mut [[f64; 3]],
+    gauges: &'a mut [[f64; 2]],
+    halves: &'a mut [[f64; 3]],
+    extremes: &'a mut Extremes,
 }
 
 impl Exposure {
-    /// Nothing yet, and no room for anything: it is made where the samples are taken, in the memory that is near.
-    pub(crate) const NONE: Self =
-        Self { light: Vec::new(), gauges: Vec::new(), halves: Vec::new(), extremes: Extremes::NONE };
-
-    /// Makes room for some pixels, unless there is.
-    pub(crate) fn make_room(&mut self, view: View, pixels: usize, is_judged: bool) {
+    /// Nothing yet.
+    pub(crate) fn new(view: View, tiles: Tiles, is_judged: bool) -> Self {
+        let pixels = tiles.width as usize * tiles.height as usize;
         let if_needed = |needed: bool| if needed { pixels } else { 0 };
         let has_light = matches!(view, View::Shaded | View::Plate | View::Normal);
         let has_gauges = matches!(view, View::Plate | View::Depth | View::Cost);
-        self.light.resize(if_needed(has_light), DVec3::ZERO);
-        self.gauges.resize(if_needed(has_gauges), [0.0; 2]);
-        self.halves.resize(if_needed(has_light && is_judged), DVec3::ZERO);
+        Self {
+            light: vec![[0.0; 3]; if_needed(has_light)],
+            gauges: vec![[0.0; 2]; if_needed(has_gauges)],
+            halves: vec![[0.0; 3]; if_needed(has_light && is_judged)],
+            extremes: vec![Extremes::NONE; tiles.count() as usize],
+        }
+    }
+
+    /// The parts of the tiles.
+    pub(crate) fn parts(&mut self, tiles: Tiles) -> impl Iterator<Item = Part<'_>> {
+        let Self { light, gauges, halves, extremes } = self;
+        let (mut light, mut gauges, mut halves) = (&mut light[..], &mut gauges[..], &mut halves[..]);
+        tiles.iter().zip(extremes).map(move |(tile, extremes)| {
+            let count = tile.pixel_count();
+            let (light, gauges) = (first(&mut light, count), first(&mut gauges, count));
+            Part { light, gauges, halves: first(&mut halves, count), extremes }
+        })
+    }
+
+    /// The mean of the samples of the cost view.
+    pub(crate) fn mean_cost(&self, place: usize, samples: u32) -> f64 {
+        self.gauges[place][0] / f64::from(samples)
+    }
+
+    /// Something of pixels that follow each other, made from what they are in linear light, given how many samples each
+    /// has had, and the extremes of the whole picture. Without samples, they are black.
+    #[inline]
+    pub(crate) fn develop<T>(
+        &self,
+        view: View,
+        places: Range<usize>,
+        samples: u32,
+        extremes: &Extremes,
+        to: &mut [T],
+        of: impl Fn([f32; 3]) -> T,
+    ) {
+        if samples == 0 {
+            to.iter_mut().for_each(|pixel| *pixel = of([0.0; 3]));
+        } else if let View::Shaded | View::Normal = view {
+            for (pixel, light) in to.iter_mut().zip(&self.light[places]) {
+                *pixel = of(mean(*light, samples).map(narrow));
+            }
+        } else {
+            for (pixel, place) in to.iter_mut().zip(places) {
+                let light = self.light.get(place).map_or([0.0; 3], |light| mean(*light, samples));
+                let gauges = self.gauges.get(place).map_or([0.0; 2], |gauges| mean(*gauges, samples));
+                *pixel = of(view.develop(light.into(), gauges, extremes).to_array().map(narrow));
+            }
+        }
+    }
+}
+
+impl Part<'_> {
+    /// Takes its first pixels away.
+    pub(crate) fn split_off(&mut self, count: usize) -> Part<'_> {
+        let (light, gauges) = (first(&mut self.light, count), first(&mut self.gauges, count));
+        Part { light, gauges, halves: first(&mut self.halves, count), extremes: self.extremes }
+    }
+
+    /// Sets all sums to zero, which they are. New memory that is read before it is written is given twice by the system:
+    /// first a page of zeros that all share, and then one to write to.
+    pub(crate) fn touch(&mut self) {
+        self.light.fill([0.0; 3]);
+        self.gauges.fill([0.0; 2]);
+        self.halves.fill([0.0; 3]);
     }
 
     /// A sample that has a colour of its own, and the number of the sample.
+    #[inline]
     pub(crate) fn colour(&mut self, place: usize, number: u32, light: DVec3) {
-        self.light[place] += light;
+        add(&mut self.light[place], light);
         if let Some(half) = self.halves.get_mut(place)
             && number.is_multiple_of(2)
         {
-            *half += light;
+            add(half, light);
         }
     }
 
@@ -95,27 +169,23 @@ impl Exposure {
     pub(crate) fn cost(&mut self, place: usize, tests: f64) {
         self.gauges[place][0] += tests;
     }
+}
 
-    /// The mean of the samples of the cost view.
-    pub(crate) fn mean_cost(&self, place: usize, samples: u32) -> f64 {
-        self.gauges[place][0] / f64::from(samples)
-    }
+/// Takes the first ones away, unless there are none in this view.
+fn first<'a, T>(sums: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    sums.split_off_mut(..count).unwrap_or_default()
+}
 
-    /// The pixel in linear light, given how many samples it has had, and the extremes of the whole picture. Without
-    /// samples, it is black.
-    #[inline]
-    pub(crate) fn develop(&self, view: View, place: usize, samples: u32, extremes: &Extremes) -> [f32; 3] {
-        if samples == 0 {
-            return [0.0; 3];
-        }
-        let samples = f64::from(samples);
-        if let View::Shaded | View::Normal = view {
-            return (self.light[place] / samples).to_array().map(narrow);
-        }
-        let light = self.light.get(place).map_or(DVec3::ZERO, |light| *light / samples);
-        let gauges = self.gauges.get(place).map_or([0.0; 2], |gauges| gauges.map(|gauge| gauge / samples));
-        view.develop(light, gauges, extremes).to_array().map(narrow)
-    }
+#[inline]
+fn add(sum: &mut [f64; 3], light: DVec3) {
+    *sum = (DVec3::from(*sum) + light).to_array();
+}
+
+/// Sums divided by the number of samples.
+#[inline]
+fn mean<const N: usize>(sums: [f64; N], samples: u32) -> [f64; N] {
+    // Where that is one, dividing would take longer than all else that is done here.
+    if samples == 1 { sums } else { sums.map(|sum| sum / f64::from(samples)) }
 }
 
 /// The least and the greatest of what a view measures.

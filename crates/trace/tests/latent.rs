@@ -101,6 +101,7 @@ fn parts_make_the_same_picture_on_any_number_of_threads() {
                 let (image, parts) = on_threads(threads, || in_parts(world, &settings, patience));
                 assert!(parts > 1, "{parts} parts");
                 assert_eq!((image.develop(), *image.counters()), expected, "{view:?}");
+                assert_eq!(image.to_srgb8(), expected.0.to_srgb8(), "{view:?}");
                 assert!(image.samples().iter().all(|samples| *samples == 20));
             }
         });
@@ -118,6 +119,8 @@ fn what_there_is_so_far_is_a_picture() {
         assert!(!on_threads(1, || image.expose(world, &stop, &|_| {})).unwrap());
         let samples = image.samples();
         assert!(samples.contains(&1) && samples.contains(&2), "{samples:?}");
+        assert_eq!(image.samples_taken(), samples.iter().copied().map(u64::from).sum());
+        assert_eq!(image.to_srgb8(), image.develop().to_srgb8());
         let (film, _) = at_once(world, &SETTINGS);
         let difference = |(a, b): (&[f32; 3], &[f32; 3])| f64::from((a[1] - b[1]).abs());
         let sum: f64 = image.develop().pixels().iter().zip(film.pixels()).map(difference).sum();
