@@ -255,11 +255,14 @@ fn rays_through_holes_need_not_be_alone() {
                 .collect();
             let mut hits = vec![None; PACKET];
             tracer.nearest_of(&rays, &mut hits);
-            let ends = [1.5; PACKET];
-            let dark = tracer.occluded_of(&rays, &ends);
+            // Some end in the solid or its holes, some beyond it.
+            let end = [0.25, 1.5, 6.0, f64::INFINITY][square as usize / 3 % 4];
+            let dark = tracer.occluded_of(&rays, &[end; PACKET]);
             for (lane, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
                 assert_eq!(tracer.nearest(ray), *hit, "alone and in a packet");
-                assert_eq!(tracer.occluded(ray, 1.5), dark >> lane & 1 == 1, "alone and in a packet");
+                let is_dark = dark >> lane & 1 == 1;
+                assert_eq!(tracer.occluded(ray, end), is_dark, "alone and in a packet, {ray:?} before {end}");
+                assert_eq!(hit.is_some_and(|hit| hit.t < end), is_dark, "{ray:?} before {end}");
                 let expected = walk.nearest(ray).unwrap();
                 assert!(agree(expected.as_ref(), hit.as_ref()), "{kind:?} {ray:?}\n{expected:?}\n{hit:?}");
             }

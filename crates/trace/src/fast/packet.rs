@@ -191,8 +191,9 @@ impl Packet {
                     self.enter(simd, below, child, level + 1, lanes, inquiry.hits);
                 }
                 Content::Solid(solid) => {
-                    let Inquiry { held, hits, solids, .. } = inquiry;
-                    let firsts = self.cuts.first(simd, held, hits, solids, (solid, place), &rays.rays, lanes);
+                    let Inquiry { held, ask, hits, solids, .. } = inquiry;
+                    let at = (solid, place);
+                    let firsts = self.cuts.first(simd, held, hits, solids, *ask, at, &rays.rays, lanes);
                     if let Some(Firsts { t, faces, way, met, alone }) = &firsts {
                         each(*met, |lane| {
                             inquiry.answer(lane, t.0[lane], faces[lane], || (*way, self.cuts.ray(lane)));

@@ -34,24 +34,24 @@ impl Default for Front {
 }
 
 impl Front {
-    /// Begins where rays enter A, or where they start if they are in A, if that is before their ends. Says for which it is.
+    /// Begins where rays enter A, or at `start` if they are in A there, if that is before their ends. Says for which it is.
     #[inline(always)]
     pub(super) fn begin<S: Simd>(
         &mut self,
         simd: S,
         [enters, exits]: &[Lanes; 2],
-        ends: &Lanes,
+        (start, ends): (f64, &Lanes),
         face: Place,
     ) -> Mask {
         *self = Self { faces: [face; LANES], ..Self::default() };
         let mut met = 0;
-        let zero = f64x8::splat(simd, 0.0);
+        let start = f64x8::splat(simd, start);
         for half in 0..2 {
             let (enter, exit, end) = (enters.half(simd, half), exits.half(simd, half), ends.half(simd, half));
-            let t = enter.simd_gt(zero).select(enter, zero);
+            let t = enter.simd_gt(start).select(enter, start);
             self.t.set_half(half, t);
             self.ends.set_half(half, exit.simd_lt(end).select(exit, end));
-            self.tied |= bits(enter.simd_eq(zero)) << (half * HALF);
+            self.tied |= bits(enter.simd_eq(start)) << (half * HALF);
             met |= bits(t.simd_lt(exit) & t.simd_le(end)) << (half * HALF);
         }
         met

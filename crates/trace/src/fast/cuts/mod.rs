@@ -7,19 +7,26 @@
 //!
 //! Points of neighbouring rays fall apart into ever smaller boxes. One that is left in a box goes down
 //! [by itself](super::solid) from there. Rays that come to operators in B are left to the other way as a whole.
+//!
+//! A shadow ray begins in a hole, among all the others, but need not know the first boundary: if there is a t at which it is
+//! in A and in no part of B, it meets one. The parts leave no such t if each begins before the one before it ends, from
+//! whichever side they are gone through. So shadow rays are turned round, and come from the light: what is lit is passed as
+//! before, and what is not is mostly behind some large piece. A ray that ends in A cannot be, as it may have been inside all
+//! the way.
 
 mod front;
 mod level;
 
 use csg_graph::Operator;
-use fearless_simd::{Simd, SimdBase};
+use fearless_simd::{Select, Simd, SimdBase, f64x8};
 
 use self::front::Front;
 use self::level::{Level, inside, push};
 use super::blocks::Held;
 use super::compile::{Compiled, Content, Solid, SuperNode};
 use super::hits::{Hits, Place};
-use super::lanes::{HALF, LANES, Lanes, Mask, Rays, each};
+use super::inquiry::Ask;
+use super::lanes::{HALF, LANES, Lanes, Mask, Rays, Vec3x8, each};
 use super::shapes::{self, bits};
 use super::solid::Solids;
 use super::tree::Child;
@@ -57,8 +64,8 @@ struct Open {
 }
 
 impl Cuts {
-    /// The first boundaries of a solid on rays of a set that are given in its super-node, none behind its end; or nothing
-    /// if the solid is of another kind.
+    /// The first boundaries of a solid on rays of a set that are given in its super-node, none behind its end, or any
+    /// if that is what rays ask for; or nothing if the solid is of another kind.
     #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "what is asked, and where")]
     pub(super) fn first<S: Simd>(
@@ -67,6 +74,7 @@ impl Cuts {
         held: &Held<'_>,
         hits: &mut Hits,
         solids: &mut Solids,
+        ask: Ask,
         (solid, place): (u32, Place),
         rays: &Rays,
         lanes: Mask,
@@ -100,7 +108,9 @@ impl Cuts {
                     spans[1].set_half(half, exit);
                 }
                 solids.work.primitives += u64::from(lanes.count_ones());
-                let mut met = lanes & self.front.begin(simd, &spans, &hits.t, Place::new(way, left_at));
+                let is_turned = ask == Ask::Any && turn(simd, solid_rays, &mut spans, &hits.t, lanes);
+                let range = if is_turned { (f64::NEG_INFINITY, &spans[1]) } else { (0.0, &hits.t) };
+                let mut met = lanes & self.front.begin(simd, &spans, range, Place::new(way, left_at));
                 let ball = &block.supers[right as usize];
                 if let Some(root) = ball.root
                     && met != 0
@@ -110,7 +120,7 @@ impl Cuts {
                     met = self.get_out(simd, held, hits, solids, root, &spans[1], met);
                 }
                 let Front { t, mut faces, tied, alone, .. } = self.front;
-                let alone = met & (alone | self.front.at_origin(simd));
+                let alone = met & if is_turned { alone } else { alone | self.front.at_origin(simd) };
                 each(met & tied, |lane| faces[lane] = place);
                 Some(Firsts { t, faces, way, met: met & !alone, alone })
             },
@@ -279,4 +289,27 @@ impl Cuts {
         }
         front.tied |= u32::from(solids.tied) << lane;
     }
+}
+
+/// Turns rays round, with their spans in A, if those of a set leave it before they end: then they go from there to where
+/// they start.
+#[inline(always)]
+fn turn<S: Simd>(simd: S, rays: &mut Rays, spans: &mut [Lanes; 2], ends: &Lanes, lanes: Mask) -> bool {
+    let mut staying = 0;
+    for half in 0..2 {
+        let is_staying = spans[1].half(simd, half).simd_ge(ends.half(simd, half));
+        staying |= bits(is_staying) << (half * HALF);
+    }
+    if lanes & staying != 0 {
+        return false;
+    }
+    let zero = f64x8::splat(simd, 0.0);
+    for half in 0..2 {
+        let [origin, Vec3x8 { x, y, z }] = rays.half(simd, half);
+        rays.set_half(half, origin, Vec3x8 { x: -x, y: -y, z: -z });
+        let (enter, exit) = (spans[0].half(simd, half), spans[1].half(simd, half));
+        spans[0].set_half(half, -exit);
+        spans[1].set_half(half, enter.simd_le(zero).select(zero, -enter));
+    }
+    true
 }
