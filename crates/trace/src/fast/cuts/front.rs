@@ -18,8 +18,6 @@ pub(super) struct Front {
     pub(super) moved: Mask,
     /// Those that may have several faces at t.
     pub(super) tied: Mask,
-    /// Those that have come to their t by themselves, and that no part holds there.
-    pub(super) finished: Mask,
     /// Those that have to be asked alone.
     pub(super) alone: Mask,
     /// Counts all changes of t.
@@ -29,7 +27,7 @@ pub(super) struct Front {
 impl Default for Front {
     fn default() -> Self {
         let (t, faces) = (Lanes::ZERO, [Place::NONE; LANES]);
-        Self { t, ends: t, faces, moved: 0, tied: 0, finished: 0, alone: 0, changes: 0 }
+        Self { t, ends: t, faces, moved: 0, tied: 0, alone: 0, changes: 0 }
     }
 }
 

@@ -9,13 +9,11 @@ use glam::DVec3;
 
 use super::Open;
 use super::front::Front;
-use crate::Ray;
 use crate::fast::compile::{Item, SuperNode};
 use crate::fast::frame::{DRIFT, Floats, float_bits, load};
 use crate::fast::hits::{ROOT, START};
-use crate::fast::lanes::{Mask, Rays, Vec3x8};
-use crate::fast::solid::Part;
-use crate::fast::tree::{Child, Node, WIDTH};
+use crate::fast::lanes::{HALF, Mask, Rays, Vec3x8};
+use crate::fast::tree::{Node, WIDTH};
 
 /// Rays in a super-node.
 #[derive(Clone, Debug)]
@@ -52,12 +50,6 @@ impl Level {
         changes: u32::MAX,
     };
 
-    /// A child of the super-node, and a ray there.
-    #[inline(always)]
-    pub(super) fn part(&self, lane: usize, child: Child) -> (Ray, Part<'_>) {
-        (self.rays.get(lane), Part { ball: &self.ball, child, block: self.block, way: self.way })
-    }
-
     /// Makes it that of a super-node for rays that are in its frame already.
     #[inline(always)]
     pub(super) fn set<S: Simd>(
@@ -89,6 +81,9 @@ impl Level {
     pub(super) fn set_points<S: Simd>(&mut self, simd: S, front: &Front) {
         let mut points = [[f64x8::splat(simd, 0.0); 2]; 3];
         for half in 0..2 {
+            if self.lanes >> (half * HALF) & 0xff == 0 {
+                continue;
+            }
             let [origin, direction] = self.rays.half(simd, half);
             let from_center = origin.at(direction, front.t.half(simd, half)).offset(-self.ball.center);
             points[0][half] = from_center.x * self.ball.to_unit;

@@ -5,8 +5,10 @@
 //! some of them on to its exit, and those that were moved start again from the top, until no part holds any. A ray is done
 //! where nothing holds its point, or where A ends.
 //!
-//! Points of neighbouring rays fall apart into ever smaller boxes. One that is left in a box goes down
-//! [by itself](super::solid) from there. Rays that come to operators in B are left to the other way as a whole.
+//! Points of neighbouring rays fall apart into ever smaller boxes. Even one that is left in a box is cheaper to follow here
+//! than [by itself](super::solid): for a point there is nothing to divide, to sort or to keep for later. But each start from
+//! the top costs its depth again. So rays that go on from part to part in deep recursion go by themselves in the end. Rays
+//! that come to operators in B are left to the other way as a whole.
 //!
 //! A shadow ray begins in a hole, among all the others, but need not know the first boundary: if there is a t at which it is
 //! in A and in no part of B, it meets one. The parts leave no such t if each begins before the one before it ends, from
@@ -32,8 +34,9 @@ use super::solid::Solids;
 use super::tree::Child;
 use crate::Ray;
 
-/// With fewer points than this, each goes down by itself.
-const FEW: u32 = 3;
+/// Rays start from the top until they have gone down through so many super-nodes, all times together. Those that still go
+/// from part to part are in some deep corner, each by itself.
+const WAY: usize = 24;
 
 /// The memory of such rays.
 #[derive(Debug, Default)]
@@ -117,7 +120,7 @@ impl Cuts {
                 {
                     self.levels.iter_mut().for_each(|level| level.entered = None);
                     self.levels[0].set(simd, None, ball, (number, way), met);
-                    met = self.get_out(simd, held, hits, solids, root, &spans[1], met);
+                    met = self.get_out(simd, held, hits, solids, (right, way), root, &spans[1], met);
                 }
                 let Front { t, mut faces, tied, alone, .. } = self.front;
                 let alone = met & if is_turned { alone } else { alone | self.front.at_origin(simd) };
@@ -142,41 +145,47 @@ impl Cuts {
         held: &Held<'_>,
         hits: &mut Hits,
         solids: &mut Solids,
+        (right, way): (u32, u32),
         root: Child,
         exits: &Lanes,
         mut lanes: Mask,
     ) -> Mask {
         let mut met = 0;
-        while lanes != 0 {
+        let mut way_down = 0;
+        while lanes != 0 && way_down < WAY {
             self.front.moved = 0;
             self.levels[0].lanes = lanes;
             self.stack.clear();
             self.stack.push(Open { child: root, level: 0, lanes });
-            self.go_down(simd, held, hits, solids);
-            let Front { moved, finished, alone, .. } = self.front;
-            let going = self.front.going(simd, exits);
-            met |= lanes & (!moved | finished & going | alone);
-            lanes &= moved & !finished & !alone & going;
+            way_down += self.go_down(simd, held, hits, solids);
+            let Front { moved, alone, .. } = self.front;
+            met |= lanes & (!moved | alone);
+            lanes &= moved & !alone & self.front.going(simd, exits);
         }
-        met
+        each(lanes, |lane| {
+            let Self { front, levels, .. } = self;
+            let (range, face) = ([front.t.0[lane], front.ends.0[lane]], front.faces[lane]);
+            let ray = levels[0].rays.get(lane);
+            let (t, face) = solids.leave(simd, held, hits, (right, way), &ray, range, face);
+            front.move_on(lane, t, face);
+            front.tied |= u32::from(solids.tied) << lane;
+        });
+        met | lanes & self.front.going(simd, exits)
     }
 
-    /// Moves rays on that are in parts of B.
+    /// Moves rays on that are in parts of B. Says how many super-nodes they went down through to the deepest.
     #[inline(always)]
-    fn go_down<S: Simd>(&mut self, simd: S, held: &Held<'_>, hits: &mut Hits, solids: &mut Solids) {
+    fn go_down<S: Simd>(&mut self, simd: S, held: &Held<'_>, hits: &mut Hits, solids: &mut Solids) -> usize {
+        let mut deepest = 0;
         while let Some(Open { child, level, lanes }) = self.stack.pop() {
-            let lanes = lanes & !(self.front.finished | self.front.alone);
+            let lanes = lanes & !self.front.alone;
             if lanes == 0 {
                 continue;
             }
-            let are_few = lanes.count_ones() < FEW;
+            deepest = deepest.max(level as usize);
             let here = &mut self.levels[level as usize];
             let block = held.block(here.block);
             let at = match child.get() {
-                Err(_) if are_few => {
-                    each(lanes, |lane| self.go_alone(simd, held, hits, solids, (child, level), lane));
-                    continue;
-                }
                 Err(node) => {
                     if here.changes != self.front.changes {
                         here.set_points(simd, &self.front);
@@ -191,9 +200,6 @@ impl Cuts {
             let item = &block.items[at];
             let place = Place::new(here.way, at);
             match item.content {
-                Content::Super(_) | Content::Gate(_) if are_few => {
-                    each(lanes, |lane| self.go_alone(simd, held, hits, solids, (child, level), lane));
-                }
                 Content::Super(_) | Content::Gate(_) => {
                     let Some((number, ball)) = held.inside(here.block, item.content) else { continue };
                     let Some(root) = ball.root else { continue };
@@ -227,6 +233,7 @@ impl Cuts {
                 Content::Solid(_) => self.front.alone |= lanes,
             }
         }
+        deepest + 1
     }
 
     /// Brings rays into the frame of an item, at the next level.
@@ -257,37 +264,6 @@ impl Cuts {
             below.rays.set_half(half, origin, direction);
         }
         below.set(simd, entered, ball, (block, hits.enter(place, from, block)), lanes);
-    }
-
-    /// Moves a ray on by itself: in the part that it is in and, if it leaves that, in those around it, to its end.
-    #[inline(always)]
-    fn go_alone<S: Simd>(
-        &mut self,
-        simd: S,
-        held: &Held<'_>,
-        hits: &mut Hits,
-        solids: &mut Solids,
-        (child, level): (Child, u32),
-        lane: usize,
-    ) {
-        let Self { front, levels, .. } = self;
-        let range = [front.t.0[lane], front.ends.0[lane]];
-        let (ray, part) = levels[level as usize].part(lane, child);
-        let end = solids.leave(simd, held, hits, part, &ray, range, front.faces[lane]);
-        if let Some((t, face)) = end {
-            let mut known = child;
-            for here in levels[..=level as usize].iter().rev() {
-                if let Some(root) = here.ball.root.filter(|root| *root != known) {
-                    let (ray, part) = here.part(lane, root);
-                    solids.leave_around(part, &ray, known);
-                }
-                known = here.entered.map_or(known, |(_, item)| Child::item(item as usize));
-            }
-            let (t, face) = solids.leave_on(simd, held, hits, [t, range[1]], face);
-            front.move_on(lane, t, face);
-            front.finished |= 1 << lane;
-        }
-        front.tied |= u32::from(solids.tied) << lane;
     }
 }
 

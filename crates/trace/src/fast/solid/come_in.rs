@@ -5,7 +5,6 @@ use fearless_simd::Simd;
 use super::question::{Answer, Question};
 use super::{Call, Solids, extents};
 use crate::fast::blocks::Held;
-use crate::fast::compile::Content;
 use crate::fast::frame::Narrow;
 use crate::fast::hits::{Hits, Place};
 use crate::fast::lanes::transform;
@@ -90,17 +89,11 @@ impl Solids {
                 self.tied |= union.take(question.answer(&extents, place));
                 continue;
             }
-            match item.content {
-                Content::Super(_) | Content::Gate(_) => {
-                    let above = narrow.block;
-                    self.open_item(held, hits, (block, above), place, ray);
-                }
-                Content::Shape(_) => unreachable!("a primitive has its extents"),
-                Content::Solid(solid) => {
-                    self.calls.push(Call::Entering(union));
-                    let (left, way) = self.begin(held, hits, (solid, place), &ray, question);
-                    return self.ask(held, hits, (left, way), ray, question);
-                }
+            let above = narrow.block;
+            if let Some(solid) = self.open_item(held, hits, (block, above), place, ray) {
+                self.calls.push(Call::Entering(union));
+                let (left, way) = self.begin(held, hits, (solid, place), &ray, question);
+                return self.ask(held, hits, (left, way), ray, question);
             }
         }
         self.stack.truncate(union.stack);

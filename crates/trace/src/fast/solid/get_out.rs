@@ -4,9 +4,6 @@
 //! none is opened twice, and neither those that the ray does not get to nor those that it has left meanwhile are ever
 //! opened: boxes are kept with where it leaves them, as the near end of the ray backwards. Parts that are elsewhere cost
 //! nothing.
-//!
-//! Rays of a [packet](crate::fast::cuts) that go on alone come here in the midst of a tree. They leave the part that they
-//! are in. If it is left before the ray ends, the parts around it are added, and the search goes on in those.
 
 use fearless_simd::Simd;
 
@@ -14,12 +11,10 @@ use super::question::{Answer, Question, Seek};
 use super::{Call, Solids, extents};
 use crate::Ray;
 use crate::fast::blocks::Held;
-use crate::fast::compile::{Content, SuperNode};
-use crate::fast::frame::Narrow;
-use crate::fast::hits::{Hits, Place};
+use crate::fast::hits::{Hits, Place, ROOT};
 use crate::fast::lanes::transform;
 use crate::fast::single::{Open, crossed};
-use crate::fast::tree::{Child, WIDTH};
+use crate::fast::tree::WIDTH;
 
 /// A union that is being searched for where a ray gets outside.
 #[derive(Clone, Copy, Debug)]
@@ -40,15 +35,6 @@ pub(super) struct Waiting {
     open: Open,
 }
 
-/// A child of a super-node of a block that a ray has come to on some way.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::fast) struct Part<'a> {
-    pub(in crate::fast) ball: &'a SuperNode,
-    pub(in crate::fast) child: Child,
-    pub(in crate::fast) block: u32,
-    pub(in crate::fast) way: u32,
-}
-
 impl Solids {
     /// Searches a union for parts that reach further, each box when the ray has come to it, until no part does, or until a
     /// part has to be asked that is on the stack then.
@@ -61,6 +47,9 @@ impl Solids {
         mut union: Leaving,
     ) -> Option<Answer> {
         let limit = union.question.limit;
+        let (mut level, mut from) = (u32::MAX, union.last.t);
+        let [mut start, mut here, mut end] = [0.0; 3];
+        let mut block = held.block(ROOT);
         while union.last.t <= limit && union.last.t.is_finite() {
             let t = union.last.t;
             if self.stack.len() == union.stack && !self.wake(union.waiting, t) {
@@ -68,26 +57,26 @@ impl Solids {
             }
             let Some(open) = self.stack.pop() else { break };
             let narrow = &self.levels[open.level as usize];
+            if open.level != level {
+                block = held.block(narrow.block);
+            }
+            if open.level != level || t > from {
+                (level, from) = (open.level, t);
+                [start, here, end] = [narrow.start(t), narrow.end(t), narrow.end(limit)];
+            }
             // Left behind since it was put there.
-            if -open.near < narrow.start(t) {
+            if -open.near < start {
                 continue;
             }
-            let block = held.block(narrow.block);
             let at = match open.child.get() {
                 Err(node) => {
                     let node = &block.nodes[node];
                     self.work.boxes += u64::from(node.count);
-                    let ([near, far], mut met) =
-                        crossed(simd, node, &narrow.line, narrow.start(t), narrow.end(limit));
-                    let here = narrow.end(t);
-                    let known = self.known.get(open.level.wrapping_sub(self.known_from) as usize);
+                    let ([near, far], mut met) = crossed(simd, node, &narrow.line, start, end);
                     while met != 0 {
                         let slot = met.trailing_zeros() as usize % WIDTH;
                         met &= met - 1;
-                        let open = Open { near: -far[slot], child: node.children[slot], ..open };
-                        if known == Some(&open.child) {
-                            continue;
-                        }
+                        let open = Open { near: -far[slot], child: node.children[slot], level };
                         if near[slot] <= here {
                             self.stack.push(open);
                         } else {
@@ -117,27 +106,18 @@ impl Solids {
                 }
                 continue;
             }
-            match item.content {
-                Content::Super(_) | Content::Gate(_) => {
-                    let above = narrow.block;
-                    self.open_item(held, hits, (block, above), place, ray);
-                }
-                Content::Shape(_) => unreachable!("a primitive has its extents"),
-                Content::Solid(solid) => {
-                    // To be asked again as soon as the ray has got further.
-                    self.waiting.push(Waiting { from: t.next_up(), open });
-                    self.calls.push(Call::Leaving(union));
-                    let (left, way) = self.begin(held, hits, (solid, place), &ray, question);
-                    return self.ask(held, hits, (left, way), ray, question);
-                }
+            let above = narrow.block;
+            if let Some(solid) = self.open_item(held, hits, (block, above), place, ray) {
+                // To be asked again as soon as the ray has got further.
+                self.waiting.push(Waiting { from: t.next_up(), open });
+                self.calls.push(Call::Leaving(union));
+                let (left, way) = self.begin(held, hits, (solid, place), &ray, question);
+                return self.ask(held, hits, (left, way), ray, question);
             }
         }
-        // What nobody waits for may be gone on with.
-        if !self.calls.is_empty() {
-            self.stack.truncate(union.stack);
-            self.waiting.truncate(union.waiting);
-            self.levels.truncate(union.level);
-        }
+        self.stack.truncate(union.stack);
+        self.waiting.truncate(union.waiting);
+        self.levels.truncate(union.level);
         Some(union.last)
     }
 
@@ -153,8 +133,8 @@ impl Solids {
         self.stack.len() > asleep
     }
 
-    /// How far a ray gets from t on within a part that is cut out, in pieces that each begin where another one has not
-    /// ended; and by which face. It has come to t by a face that is known. Beyond a limit it does not matter.
+    /// Where a ray gets outside of a union that is cut out, from the t on to which it has come by a face; and by which face.
+    /// Beyond a limit it does not matter.
     #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "what is asked, and where")]
     pub(in crate::fast) fn leave<S: Simd>(
@@ -162,47 +142,19 @@ impl Solids {
         simd: S,
         held: &Held<'_>,
         hits: &mut Hits,
-        part: Part<'_>,
+        operand: (u32, u32),
         ray: &Ray,
-        [t, limit]: [f64; 2],
-        face: Place,
-    ) -> Option<(f64, Place)> {
-        self.clear(Some(face));
-        let narrow = Narrow::new(*ray, part.ball, part.block, part.way)?;
-        self.open(narrow, part.child);
-        let end = self.leave_on(simd, held, hits, [t, limit], face);
-        (end.0 > t).then_some(end)
-    }
-
-    /// Adds a part around the one that was left, in which a child is known by that.
-    pub(in crate::fast) fn leave_around(&mut self, part: Part<'_>, ray: &Ray, known: Child) {
-        if let Some(narrow) = Narrow::new(*ray, part.ball, part.block, part.way) {
-            let level = self.open(narrow, part.child);
-            if self.known.is_empty() {
-                self.known_from = level;
-            }
-            self.known.push(known);
-        }
-    }
-
-    /// How far it gets from the t where it has left a part, with those that were added.
-    #[inline(never)]
-    pub(in crate::fast) fn leave_on<S: Simd>(
-        &mut self,
-        simd: S,
-        held: &Held<'_>,
-        hits: &mut Hits,
         [t, limit]: [f64; 2],
         face: Place,
     ) -> (f64, Place) {
         simd.vectorize(
             #[inline(always)]
             || {
+                self.clear(Some(face));
                 let question = Question { seek: Seek::Outside, from: t, limit, is_cut: true };
-                let last = Answer { t, face };
-                self.calls.push(Call::Leaving(Leaving { question, last, stack: 0, waiting: 0, level: 0 }));
-                let Answer { t, face } = self.go_on(simd, held, hits, None);
-                (t, face)
+                let answer = self.ask(held, hits, operand, *ray, question);
+                let answer = self.go_on(simd, held, hits, answer);
+                if answer.t > t { (answer.t, answer.face) } else { (t, face) }
             },
         )
     }

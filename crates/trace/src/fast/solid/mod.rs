@@ -22,7 +22,6 @@ mod question;
 use fearless_simd::Simd;
 
 use self::come_in::Entering;
-pub(super) use self::get_out::Part;
 use self::get_out::{Leaving, Waiting};
 use self::question::{Answer, Next, Operation, Question, Seek};
 use super::Work;
@@ -46,9 +45,6 @@ pub(super) struct Solids {
     waiting: Vec<Waiting>,
     /// The face that the ray has come to by, if it does not begin where the question does.
     come_by: Option<Place>,
-    /// Children that have been looked at before: of the super-nodes at the levels from some one on.
-    known: Vec<Child>,
-    known_from: u32,
     /// Whether there may be several faces at one t, of which the wrong one is known.
     pub(super) tied: bool,
     pub(super) work: Work,
@@ -115,7 +111,6 @@ impl Solids {
         self.levels.clear();
         self.stack.clear();
         self.waiting.clear();
-        self.known.clear();
         self.come_by = come_by;
         self.tied = false;
     }
@@ -234,7 +229,8 @@ impl Solids {
         }
     }
 
-    /// Opens the super-node that an item of a block leads to, if the ray, which is given in its frame, comes to it.
+    /// Opens the super-node that an item of a block leads to, if the ray, which is given in its frame, comes to it. If the
+    /// item is a solid, that has to be asked.
     #[inline(always)]
     fn open_item(
         &mut self,
@@ -243,22 +239,28 @@ impl Solids {
         (block, above): (&Compiled, u32),
         place: Place,
         ray: Ray,
-    ) {
+    ) -> Option<u32> {
         let content = block.items[place.item as usize].content;
-        if let Some((number, below)) = held.inside(above, content)
-            && let Some(root) = below.root
-            && let Some(narrow) = Narrow::new(ray, below, number, hits.enter(place, block, number))
-        {
-            self.open(narrow, root);
+        match content {
+            Content::Super(_) | Content::Gate(_) => {
+                if let Some((number, below)) = held.inside(above, content)
+                    && let Some(root) = below.root
+                    && let Some(narrow) = Narrow::new(ray, below, number, hits.enter(place, block, number))
+                {
+                    self.open(narrow, root);
+                }
+                None
+            }
+            Content::Solid(solid) => Some(solid),
+            Content::Shape(_) => unreachable!("a primitive has its extents"),
         }
     }
 
-    /// Opens a super-node, and says at which level.
-    fn open(&mut self, narrow: Narrow, root: Child) -> u32 {
+    /// Opens a super-node.
+    fn open(&mut self, narrow: Narrow, root: Child) {
         let level = u32::try_from(self.levels.len()).expect("2³² levels outgrow memory");
         self.levels.push(narrow);
         self.stack.push(Open { near: f32::NEG_INFINITY, child: root, level });
-        level
     }
 }
 
