@@ -56,18 +56,18 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
         return sweep::run(args, &loaded, path, sweep);
     }
     let (width, height) = (args.size.width, args.size.height);
-    let mut stage = Stage::set(&loaded, plan, [width, height])?;
+    let settings = Settings { width, height, samples: 1, ..Settings::default() };
+    let mut stage = Stage::set(&loaded, plan, &settings, false)?;
     let pool = stage.threads(args.threads)?;
     if let Some(factor) = args.zoom {
         pool.install(|| stage.zoom(factor))?;
     }
     let mut setups = Vec::new();
     for _ in 0..args.reps {
-        setups.push(Prepared::new(&loaded, &stage.regime, plan)?.setup_time);
+        setups.push(Prepared::new(&loaded, &stage.regime, stage.plan)?.setup_time);
     }
 
     let world = stage.world();
-    let settings = Settings { width, height, samples: 1, ..Settings::default() };
     let (primary_times, pass) =
         repeat(args.reps, &pool, || primary(&world, width, height)).map_err(|error| stage.failure(error))?;
     let (image_times, _) = repeat(args.reps, &pool, || render(&world, &settings, &|_| {}))
@@ -131,12 +131,12 @@ struct Measured {
 
 fn measure(loaded: &Loaded, plan: Plan, size: Size, args: &BenchArgs) -> Result<Measured, Failure> {
     let Size { width, height } = size;
-    let stage = Stage::set(loaded, plan, [width, height])?;
+    let settings = Settings { width, height, samples: 1, ..Settings::default() };
+    let stage = Stage::set(loaded, plan, &settings, false)?;
     let pool = stage.threads(args.threads)?;
     let world = stage.world();
     let mut unshadowed = stage.world();
     unshadowed.lights.iter_mut().for_each(|light| light.shadow = false);
-    let settings = Settings { width, height, samples: 1, ..Settings::default() };
     let failure = |error| stage.failure(error);
     let (primary_times, pass) =
         repeat(args.reps, &pool, || primary(&world, width, height)).map_err(failure)?;

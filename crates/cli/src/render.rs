@@ -131,7 +131,8 @@ impl<'a> Work<'a> {
     fn new(loaded: &'a Loaded, args: &RenderArgs) -> Result<Self, Failure> {
         let settings = settings(loaded, args);
         let plan = args.engine.plan(args.view)?;
-        let mut stage = Stage::set(loaded, plan, [settings.width, settings.height])?;
+        let has_layers = args.output.as_deref().and_then(PictureFormat::of) == Some(PictureFormat::Exr);
+        let mut stage = Stage::set(loaded, plan, &settings, has_layers)?;
         let pool = stage.threads(args.threads.unwrap_or(0))?;
         if let Some(factor) = args.zoom {
             pool.install(|| stage.zoom(factor))?;

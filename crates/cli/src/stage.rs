@@ -6,7 +6,7 @@
 use csg_graph::{AttributeTerm, Graph, Node};
 use csg_graph_bounds::{Aabb, root_box};
 use csg_graph_grammar::Look;
-use csg_graph_trace::{Camera, Light, LightSource, RenderError, Sky, Sun, World, zoom};
+use csg_graph_trace::{Camera, Light, LightSource, Probe, RenderError, Settings, Sky, Sun, World, zoom};
 use rayon::ThreadPool;
 
 use crate::args::Plan;
@@ -18,6 +18,8 @@ use crate::{Failure, bounds};
 /// A scene ready to be rendered.
 pub(crate) struct Stage<'a> {
     pub(crate) loaded: &'a Loaded,
+    /// What the engine was made ready by: there is no more memory than is left beside a picture.
+    pub(crate) plan: Plan,
     pub(crate) regime: Regime,
     pub(crate) prepared: Prepared<'a>,
     camera: Camera,
@@ -25,11 +27,17 @@ pub(crate) struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    /// Analyses the scene and makes an engine ready, for pictures with so many columns and rows. How the scene is traced does not
-    /// depend on these.
-    pub(crate) fn set(loaded: &'a Loaded, plan: Plan, [width, height]: [u32; 2]) -> Result<Self, Failure> {
+    /// Analyses the scene and makes an engine ready for pictures with such settings, and layers or none. How the scene is
+    /// traced does not depend on these.
+    pub(crate) fn set(
+        loaded: &'a Loaded,
+        plan: Plan,
+        settings: &Settings,
+        has_layers: bool,
+    ) -> Result<Self, Failure> {
         let regime = Regime::of(loaded, plan)?;
-        let prepared = Prepared::new(loaded, &regime, plan.beside_picture(width, height))?;
+        let plan = plan.beside_picture(picture_bytes(settings, has_layers));
+        let prepared = Prepared::new(loaded, &regime, plan)?;
         let framed = || {
             if let Regime::Vast(_) = regime {
                 return loaded.refined_box(&loaded.envelopes()?);
@@ -37,10 +45,10 @@ impl<'a> Stage<'a> {
             let root = root_box(&loaded.scene.graph, &loaded.bounds_limits());
             root.map(|root| root.aabb).map_err(|error| bounds::failure(loaded, error))
         };
-        let aspect = f64::from(width) / f64::from(height);
+        let aspect = f64::from(settings.width) / f64::from(settings.height);
         let camera = camera(&loaded.scene.look, aspect, framed)?;
         let lights = lights(&loaded.scene.look, &loaded.scene.graph, &camera);
-        Ok(Self { loaded, regime, prepared, camera, lights })
+        Ok(Self { loaded, plan, regime, prepared, camera, lights })
     }
 
     pub(crate) fn world(&self) -> World<'_> {
@@ -71,6 +79,20 @@ impl<'a> Stage<'a> {
             other => self.loaded.refused(other),
         }
     }
+}
+
+/// What a picture takes until it is written, in bytes.
+fn picture_bytes(settings: &Settings, has_layers: bool) -> usize {
+    /// Sums of samples, and the picture as floats and bytes.
+    const PIXEL: usize = 44;
+    /// Sums of squares, and what errors are estimated from.
+    const NOISY: usize = 48;
+    /// What is known of the first ray through a pixel, tile by tile and row by row, and the layers made of it.
+    const LAYERS: usize = 2 * size_of::<Probe>() + 64;
+    let noisy = settings.noise.map_or(0, |_| NOISY);
+    let layers = if has_layers { LAYERS } else { 0 };
+    let pixels = (settings.width as usize).saturating_mul(settings.height as usize);
+    pixels.saturating_mul(PIXEL + noisy + layers)
 }
 
 /// The camera of the file, completed: what is missing of it is taken from the view that frames the solid.

@@ -83,10 +83,12 @@ fn many_mistakes() {
     const MANY: usize = 5_000;
     let list =
         |item: fn(usize) -> String, between: &str| (0..MANY).map(item).collect::<Vec<_>>().join(between);
-    let unread = format!("{{ {} }} sphere", list(|n| format!("parameter{n} = 0;"), "\n"));
+    // What is read may have been meant.
+    let unread = list(|n| format!("parameter{n} = 0;"), "\n");
+    let unread = format!("{{ {unread} parameter = 1; }} uscale(parameter) sphere");
     let warnings = load(&unread, &[]).unwrap().warnings;
     assert_eq!(warnings.len(), MANY);
-    assert_eq!(warnings[0].help.as_deref(), Some("did you mean `parameter1`?"));
+    assert_eq!(warnings[0].help.as_deref(), Some("did you mean `parameter`?"));
     assert_eq!(warnings[MANY - 1].help, None);
     let count = |source: String| load(&source, &[]).unwrap_err().len();
     assert_eq!(count(format!("{{}} {}", list(|n| format!("solid{n}"), "\n| "))), MANY);

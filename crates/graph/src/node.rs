@@ -133,13 +133,12 @@ impl AttributeTerm {
         }
     }
 
-    /// The values that it may have: not negative, for some terms at most 1, and for none so large that sums of light overflow.
+    /// The values that it may have: not negative, and for some terms less than that.
     pub fn range(self) -> RangeInclusive<f64> {
-        const MOST: f64 = 1e9;
         match self {
             Self::Metal | Self::Roughness | Self::Glass => 0.0..=1.0,
-            Self::Ior => 1.0..=MOST,
-            _ => 0.0..=MOST,
+            Self::Ior => 1.0..=f64::INFINITY,
+            _ => 0.0..=f64::INFINITY,
         }
     }
 }

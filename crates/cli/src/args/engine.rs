@@ -103,14 +103,11 @@ pub(crate) enum Plan {
 impl Plan {
     /// What the program takes besides an engine and a picture, in bytes.
     const PROGRAM: usize = 8 << 20;
-    /// And what a pixel takes until it is written.
-    const PIXEL: usize = 44;
 
-    /// The same where a picture with so many pixels is to fit into the memory as well.
-    pub(crate) fn beside_picture(self, width: u32, height: u32) -> Self {
+    /// The same where a picture of so many bytes is to fit into the memory as well.
+    pub(crate) fn beside_picture(self, bytes: usize) -> Self {
         let Self::Fast { budget, detail, memory } = self else { return self };
-        let pixels = (width as usize).saturating_mul(height as usize);
-        let besides = pixels.saturating_mul(Self::PIXEL).saturating_add(Self::PROGRAM);
+        let besides = bytes.saturating_add(Self::PROGRAM);
         Self::Fast { budget, detail, memory: memory.saturating_sub(besides) }
     }
 }

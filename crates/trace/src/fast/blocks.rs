@@ -375,6 +375,11 @@ impl<'a> Held<'a> {
         is_bottomless
     }
 
+    /// Whether what is found is void.
+    pub(super) fn is_void(&self) -> bool {
+        self.deepest.get() == 0
+    }
+
     #[cold]
     fn refuse(&self, hits: &Hits, way: u32) {
         let Blocks::OnDemand(source) = self.source else { unreachable!("all that is listed ends") };

@@ -125,7 +125,11 @@ impl Tracer<'_> {
         let item = held.item(hits.block(place.way), place.item);
         let Content::Solid(_) = item.content else { return place };
         let face = dispatch!(*level, simd => faces.find(simd, held, hits, place, world_ray, t));
-        face.expect("a solid has a face where a ray meets it")
+        // Where operators lead on and on, what was found is void.
+        let is_void = held.is_void();
+        face.unwrap_or_else(|| {
+            if is_void { place.as_box() } else { panic!("a solid has a face where a ray meets it") }
+        })
     }
 
     /// A ray of the world in the frame of an item.
