@@ -126,9 +126,13 @@ impl Packet {
         first.rays = self.begin[entry.way as usize];
         (first.block, first.way) = (number, entry.way);
         let ball = &inquiry.held.block(number).supers[entry.number as usize];
-        self.enter(simd, ball, entry.child, 0, lanes, inquiry.hits);
-        if let (Some(slot), Err(node)) = (entry.slot, entry.child.get()) {
-            let (rays, node) = (&self.levels[0], &inquiry.held.block(number).nodes[node]);
+        let nodes = &inquiry.held.block(number).nodes;
+        let slot = entry.slot.zip(entry.child.get().err().map(|node| &nodes[node]));
+        // The beam has met the box; where rays meet it, is of interest to judge how small it is.
+        let child = slot.filter(|_| !DETAIL).map_or(entry.child, |(slot, node)| node.children[slot]);
+        self.enter(simd, ball, child, 0, lanes, inquiry.hits);
+        if let Some((slot, node)) = slot.filter(|_| DETAIL) {
+            let rays = &self.levels[0];
             let opened: SmallVec<[Open; 1]> = self.stack.drain(..).collect();
             for open in opened {
                 inquiry.work.boxes += u64::from(lanes.count_ones());
