@@ -1,8 +1,9 @@
 //! Which states lead back to themselves: the strongly connected components of the state graph, each after those that
-//! its boxes are made from.
+//! it leads to.
 //!
-//! Tarjan's algorithm [TARJ72], with an explicit path. What is subtracted does not count: the box of a difference is that
-//! of its left operand, so that a solid may lose smaller copies of itself without being a part of itself.
+//! Tarjan's algorithm [TARJ72], with an explicit path. Which states are below one is for the caller to say. For boxes, what
+//! is subtracted does not count: the box of a difference is that of its left operand, so that a solid may lose smaller
+//! copies of itself without being a part of itself.
 
 use super::index;
 

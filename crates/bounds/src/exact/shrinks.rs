@@ -16,8 +16,8 @@ use crate::{BoundsError, Scene};
 
 impl<S: Scene> ExactBoxes<S> {
     /// Proves of a scene with these boxes that whoever goes down in it comes to ever smaller parts, or to an end: through
-    /// unions, and through all operands of ∩ and \\. Gives at most how much is left of distances once round any cycle of states, in
-    /// suitable norms: less than 1, and 0 if all recursion ends.
+    /// unions, and through all operands of ∩ and \\. Gives at most how much is left of distances once round any cycle of
+    /// states, in suitable norms: less than 1, and 0 if all recursion ends.
     ///
     /// # Cost
     /// Where recursion never ends, some hundred passes over the states that lead back to themselves.

@@ -217,10 +217,11 @@ pub(super) struct Held<'a> {
     most: usize,
     /// What was wrong with a state that a ray came to.
     fault: Cell<Option<Box<EvalError>>>,
+    /// How many questions below operators may wait for each other: none any more once they were too many.
     deepest: Cell<usize>,
 }
 
-/// How many questions below operators may wait for each other.
+/// How many questions below operators may wait for each other at first: what is listed ends.
 fn deepest(source: &Blocks) -> usize {
     match source {
         Blocks::Whole(_) => usize::MAX,

@@ -6,8 +6,9 @@
 //! meets nothing. \[RESH05\] look for such entry points in a kd-tree.
 //!
 //! Boxes are tested by interval arithmetic, in double precision, as the beam may be 10¹⁰ sizes of a part away from where the
-//! coordinates of the world are 0. Rays are moved into the frames of entries step by step, as on any other way, and tested
-//! against their boxes, so that they meet the same things at the same t to the last bit.
+//! coordinates of the world are 0. Rays are moved into the frames of entries step by step, as on any other way, so that
+//! they meet the same things at the same t to the last bit. Where small parts are judged, they are tested against the boxes
+//! of entries as well, since where they meet these counts.
 
 use csg_graph_bounds::Aabb;
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3Swizzles};
@@ -69,7 +70,7 @@ pub(super) struct Entry {
     pub(super) way: u32,
     pub(super) number: u32,
     pub(super) child: Child,
-    /// If that is a node, the one of its slots that they begin with; none for all of them.
+    /// If that is a node, the slot of the item that they begin with; none for all that is in it.
     pub(super) slot: Option<usize>,
     sight: Sight,
 }

@@ -128,7 +128,7 @@ impl Packet {
         let ball = &inquiry.held.block(number).supers[entry.number as usize];
         let nodes = &inquiry.held.block(number).nodes;
         let slot = entry.slot.zip(entry.child.get().err().map(|node| &nodes[node]));
-        // The beam has met the box; where rays meet it, is of interest to judge how small it is.
+        // The beam has met the box. Where each ray does is asked only to judge how small it is there.
         let child = slot.filter(|_| !DETAIL).map_or(entry.child, |(slot, node)| node.children[slot]);
         self.enter(simd, ball, child, 0, lanes, inquiry.hits);
         if let Some((slot, node)) = slot.filter(|_| DETAIL) {
