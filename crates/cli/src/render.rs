@@ -60,8 +60,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let kept = if is_complete { Ok(()) } else { checkpoint.save(&image) };
 
     let taken = image.samples_taken();
-    let has_layers = PictureFormat::of(&path) == Some(PictureFormat::Exr);
-    let probes = has_layers.then(|| work.survey()).transpose()?;
+    let probes = has_layers(args).then(|| work.survey()).transpose()?;
     let stats = work.stats(&image, taken);
     let bytes = match probes {
         Some(probes) => {
@@ -114,6 +113,11 @@ fn picture_path(scene: &Path) -> PathBuf {
     name
 }
 
+/// Whether the picture is written with all that is known of its pixels.
+fn has_layers(args: &RenderArgs) -> bool {
+    args.output.as_deref().and_then(PictureFormat::of) == Some(PictureFormat::Exr)
+}
+
 fn unwritable<E: Error + Send + Sync + 'static>(path: &Path) -> impl Fn(E) -> Failure {
     move |error| Failure::file(path, "write it")(io::Error::other(error))
 }
@@ -131,8 +135,7 @@ impl<'a> Work<'a> {
     fn new(loaded: &'a Loaded, args: &RenderArgs) -> Result<Self, Failure> {
         let settings = settings(loaded, args);
         let plan = args.engine.plan(args.view)?;
-        let has_layers = args.output.as_deref().and_then(PictureFormat::of) == Some(PictureFormat::Exr);
-        let mut stage = Stage::set(loaded, plan, &settings, has_layers)?;
+        let mut stage = Stage::set(loaded, plan, &settings, has_layers(args))?;
         let pool = stage.threads(args.threads.unwrap_or(0))?;
         if let Some(factor) = args.zoom {
             pool.install(|| stage.zoom(factor))?;

@@ -77,6 +77,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let path = format!("{}/../../scenes/endless/{name}.pcsg", env!("CARGO_MANIFEST_DIR"));
         let endless = std::fs::read_to_string(path)?;
+        if let Some((from, _)) = changes.iter().find(|(from, _)| !endless.contains(from)) {
+            return Err(format!("{name} has no `{from}` to be changed").into());
+        }
         let ends = changes.iter().fold(endless.clone(), |text, (from, to)| text.replacen(from, to, 1));
         let (endless, ends) = (scene(&endless)?, scene(&ends)?);
         let look = endless.look.camera;
@@ -182,9 +185,10 @@ fn pixels(lens: &Lens) -> Pixels {
 }
 
 impl Pixels {
-    fn of(&self, point: DVec3) -> DVec2 {
+    /// Where a point is seen that lies before the eye.
+    fn of(&self, point: DVec3) -> Option<DVec2> {
         let DVec3 { x, y, z } = self.from_world * (point - self.eye);
-        DVec2::new(x, y) / z
+        (z > 0.0).then(|| DVec2::new(x, y) / z)
     }
 }
 
@@ -197,9 +201,10 @@ impl Solid<'_> {
             if bounds.is_empty() {
                 continue;
             }
-            if bounds.is_bounded() {
-                let corners = corners(&bounds)
-                    .map(|corner| self.pixels.of(world_from_state.transform_point3(corner)) - place);
+            let corners = bounds.corners().into_iter();
+            let seen = corners
+                .map(|corner| Some(self.pixels.of(world_from_state.transform_point3(corner))? - place));
+            if let Some(corners) = seen.collect::<Option<Vec<_>>>() {
                 if corners.iter().all(|corner| corner.length() <= 0.5) {
                     return true;
                 }
@@ -225,13 +230,6 @@ impl Solid<'_> {
         }
         false
     }
-}
-
-fn corners(bounds: &Aabb) -> [DVec3; 8] {
-    std::array::from_fn(|corner| {
-        let side = |axis: usize| if corner >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
-        DVec3::new(side(0), side(1), side(2))
-    })
 }
 
 impl Tally {

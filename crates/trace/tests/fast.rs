@@ -434,8 +434,8 @@ fn compare_beams(engine: &Accelerated, camera: Camera) -> usize {
             hits += found.iter().flatten().count();
         }
     }
-    // Below operators, rays that go together start again from the top, and how often depends on which these are.
-    assert!(together.counters().box_tests <= 2 * alone.counters().box_tests);
+    // Below operators, rays that go together start again from the top, a few times more often where they begin further down.
+    assert!(10 * together.counters().box_tests <= 11 * alone.counters().box_tests);
     hits
 }
 

@@ -330,10 +330,6 @@ impl<S: Scene> BottomUp<S> {
                 state = self.states.below(state)[0];
             }
         }
-        // From where the search came first, which it left last.
-        let entered = (0..cycle.len()).max_by_key(|at| cycle[*at]).unwrap_or(0);
-        cycle.rotate_left(entered);
-        let labels = cycle.iter().map(|state| scene.label(&self.states.states[*state as usize]));
-        BoundsError::Endless { cycle: labels.collect(), round: failure.round }
+        self.states.endless(scene, cycle, failure.round)
     }
 }

@@ -29,25 +29,18 @@ impl<S: Scene> ExactBoxes<S> {
         if !states.cyclic {
             return Ok(0.0);
         }
-        let labels = |cycle: &mut dyn Iterator<Item = u32>| {
-            cycle.map(|state| scene.label(&states.states[state as usize])).collect()
-        };
         let mut most = 0.0_f64;
         for component in Components::new(states.terms.len(), |state| states.operands(state)).iter() {
             let edges = self.ways(component);
             if edges.is_empty() {
                 continue;
             }
-            if let Some(endless) = component.iter().find(|state| self.is_unbounded(**state)) {
-                let cycle = labels(&mut std::iter::once(*endless));
-                return Err(BoundsError::Endless { cycle, round: Round::Infinite });
+            if let Some(unbounded) = component.iter().find(|state| self.is_unbounded(**state)) {
+                return Err(states.endless(scene, vec![*unbounded], Round::Infinite));
             }
             let contraction = Contraction::new(component.len(), edges).map_err(|failure| {
-                let mut cycle: Vec<u32> = failure.cycle.iter().map(|edge| component[edge.above]).collect();
-                // From where the search came first, which it left last.
-                let entered = (0..cycle.len()).max_by_key(|at| cycle[*at]).unwrap_or(0);
-                cycle.rotate_left(entered);
-                BoundsError::Endless { cycle: labels(&mut cycle.into_iter()), round: failure.round }
+                let cycle = failure.cycle.iter().map(|edge| component[edge.above]);
+                states.endless(scene, cycle.collect(), failure.round)
             })?;
             most = most.max(contraction.factor);
         }

@@ -12,6 +12,7 @@ use glam::DAffine3;
 use rustc_hash::FxHashMap;
 
 use super::index;
+use crate::limits::Round;
 use crate::{BoundsError, Limits, Map, Scene, Step};
 
 /// The states below a root, numbered so that each has a higher number than those below it, unless they lead back to it.
@@ -165,6 +166,15 @@ impl<S: Scene> States<S> {
             Term::Difference(operands) => operands,
             _ => self.below(number),
         }
+    }
+
+    /// The error that names a cycle of states, and says what it does each time round.
+    pub(super) fn endless(&self, scene: &S, mut cycle: Vec<u32>, round: Round) -> BoundsError<S::Error> {
+        // From where the search came first, which it left last.
+        let entered = (0..cycle.len()).max_by_key(|at| cycle[*at]).unwrap_or(0);
+        cycle.rotate_left(entered);
+        let labels = cycle.iter().map(|state| scene.label(&self.states[*state as usize]));
+        BoundsError::Endless { cycle: labels.collect(), round }
     }
 
     /// Numbers a state whose children all have numbers, the last ones known.
