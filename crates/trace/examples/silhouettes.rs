@@ -208,8 +208,8 @@ impl Solid<'_> {
                 if corners.iter().all(|corner| corner.length() <= 0.5) {
                     return true;
                 }
-                let min = corners.into_iter().fold(DVec2::INFINITY, DVec2::min);
-                let max = corners.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max);
+                let min = corners.iter().copied().fold(DVec2::INFINITY, DVec2::min);
+                let max = corners.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
                 if DVec2::ZERO.clamp(min, max).length() > 0.5 {
                     continue;
                 }
