@@ -69,7 +69,7 @@ impl<'a> Engine<'a> {
     pub(crate) fn side(self) -> u32 {
         match self {
             Self::Reference(..) | Self::Grid(_) => 1,
-            Self::Fast(_) => fast::SIDE,
+            Self::Fast(_) => fast::PACKET_SIDE,
         }
     }
 }

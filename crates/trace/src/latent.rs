@@ -23,7 +23,7 @@ use crate::view::{Exposure, Extremes};
 use crate::{Counters, Film, RenderError, Settings, View, World, fast, srgb};
 
 /// Pixels on a side of a square: what the fast engine traces together.
-pub(crate) const SQUARE: u32 = fast::SIDE;
+pub(crate) const SQUARE: u32 = fast::PACKET_SIDE;
 
 /// A picture in the making: exposed to some of its samples, and more can follow.
 ///

@@ -18,17 +18,17 @@ use super::states::{Place, States};
 /// The most nodes from one part to the next. One that is farther is not looked for.
 const FARTHEST: usize = 1 << 10;
 
-/// What is behind a gate, seen from above the gate.
-struct Part {
+/// An instance of a state behind a gate, seen from above the gate.
+struct Instance {
     state: State,
     above_from_state: DAffine3,
     bounds: Aabb,
 }
 
-/// The parts that are known, and those that can be opened.
+/// The instances that are known, and those that can be opened.
 struct Ahead<'a> {
     states: &'a States<'a>,
-    parts: Vec<Part>,
+    instances: Vec<Instance>,
     open: BinaryHeap<Largest>,
     /// About all that cannot be opened.
     closed: Aabb,
@@ -38,19 +38,19 @@ impl States<'_> {
     /// A box of a union in the frame above its place, that of what it is when it is opened to `length` parts; none if it has
     /// more or something is wrong with it, which is said when a ray comes to it.
     pub(super) fn box_ahead(&self, place: &Place, length: usize) -> Option<Aabb> {
-        let part = Part {
+        let root = Instance {
             state: self.get(place).state.clone(),
             above_from_state: place.above_from_target,
             bounds: Aabb::ALL,
         };
         let mut ahead =
-            Ahead { states: self, parts: Vec::new(), open: BinaryHeap::new(), closed: Aabb::EMPTY };
-        ahead.add(part);
+            Ahead { states: self, instances: Vec::new(), open: BinaryHeap::new(), closed: Aabb::EMPTY };
+        ahead.add(root);
         let (mut all, mut count) = (Aabb::EMPTY, 1);
         while let Some(Largest { place: at, .. }) = ahead.open.pop() {
-            let more = self.unions.parts(ahead.parts[at].state.node()) - 1;
+            let more = self.unions.parts(ahead.instances[at].state.node()) - 1;
             if count + more > length {
-                all = all.join(ahead.parts[at].bounds);
+                all = all.join(ahead.instances[at].bounds);
             } else {
                 count += more;
                 ahead.take_apart(at).ok()??;
@@ -65,19 +65,19 @@ impl Ahead<'_> {
         matches!(self.states.graph.node(state.node()), Node::Operator(node) if node.operator == Operator::Union)
     }
 
-    fn add(&mut self, part: Part) {
-        if self.is_union(&part.state) {
-            self.open.push(Largest { area: part.bounds.surface_area(), place: self.parts.len() });
-            self.parts.push(part);
+    fn add(&mut self, instance: Instance) {
+        if self.is_union(&instance.state) {
+            self.open.push(Largest { area: instance.bounds.surface_area(), place: self.instances.len() });
+            self.instances.push(instance);
         } else {
-            self.closed = self.closed.join(part.bounds);
+            self.closed = self.closed.join(instance.bounds);
         }
     }
 
     /// Adds the parts of a union, those of unions in the same rule among them, unless one is too far.
     fn take_apart(&mut self, at: usize) -> Result<Option<()>, EvalError> {
         let States { graph, unions, bounds, .. } = self.states;
-        let Part { state, above_from_state, .. } = &self.parts[at];
+        let Instance { state, above_from_state, .. } = &self.instances[at];
         let mut below = vec![(*above_from_state, state.clone(), false)];
         let mut is_first = true;
         while let Some((mut above_from_state, mut state, mut is_in_other_rule)) = below.pop() {
@@ -89,7 +89,7 @@ impl Ahead<'_> {
                 {
                     let extent = bounds.of(&state)?;
                     let bounds = bounds.image(&state, &extent, None, &above_from_state);
-                    self.add(Part { state, above_from_state, bounds });
+                    self.add(Instance { state, above_from_state, bounds });
                     break;
                 }
                 state = match graph.step(&state)? {

@@ -23,7 +23,7 @@ use glam::{DAffine3, DVec3};
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
-use super::blocks::Cut;
+use super::blocks::Granularity;
 use super::bounds::Bounds;
 use super::detail::Part;
 use super::lists::{Lists, SHORTEST};
@@ -131,18 +131,18 @@ impl Compiled {
         }
     }
 
-    /// Compiles the block of a state, cut like that.
+    /// Compiles the block of a state.
     pub(super) fn block(
         graph: &Graph,
         bounds: Bounds<'_>,
         unions: &Unions,
         state: State,
-        cut: Cut,
+        granularity: Granularity,
     ) -> Result<Self, EvalError> {
         // The items, and the unions above them.
-        let mut states = States::new(graph, unions, bounds, 2 * cut.length);
+        let mut states = States::new(graph, unions, bounds, 2 * granularity.length);
         let root = states.place(state)?;
-        Self::close(Lists::block(&mut states, &root, cut.length)?, &states, Some(cut))
+        Self::close(Lists::block(&mut states, &root, granularity.length)?, &states, Some(granularity))
     }
 
     /// Opens all boxes.
@@ -188,9 +188,9 @@ impl Compiled {
             + size_of_val(&**symbols)
     }
 
-    /// Gives all entries their exact boxes and each list its tree: of all there is, or of a block, which may be a part of what
-    /// never ends.
-    fn close(lists: Lists, states: &States<'_>, cut: Option<Cut>) -> Result<Self, EvalError> {
+    /// Gives all entries their exact boxes and each list its tree: of all there is, or of a block of some granularity, which
+    /// may be a part of what never ends.
+    fn close(lists: Lists, states: &States<'_>, granularity: Option<Granularity>) -> Result<Self, EvalError> {
         let Lists { lists, supers, numbers, solids, .. } = lists;
         let mut compiled = Self { solids, ..Self::default() };
         let mut gates: FxHashMap<u32, u32> = FxHashMap::default();
@@ -202,7 +202,7 @@ impl Compiled {
             compiled.symbols.reserve(list.len());
             for place in list {
                 let mut bounds = states.exact_box(&place)?.intersect(clip);
-                if let Some(Cut { ahead: ahead @ 1.., .. }) = cut
+                if let Some(Granularity { ahead: ahead @ 1.., .. }) = granularity
                     && states.is_worth_a_look(&place)
                 {
                     bounds = bounds.intersect(states.box_ahead(&place, ahead).unwrap_or(Aabb::ALL));
@@ -239,7 +239,7 @@ impl Compiled {
             // What leads on has a box to be judged by even if it is alone, and what may lead back to itself always leads on.
             let leads_on = match compiled.items[first..] {
                 [Item { content: Content::Super(_) | Content::Gate(_), .. }] => true,
-                [Item { content: Content::Solid(_), .. }] => cut.is_some(),
+                [Item { content: Content::Solid(_), .. }] => granularity.is_some(),
                 _ => false,
             };
             compiled.supers.push(super_node(&mut boxes, first, leads_on, &mut compiled.nodes));

@@ -13,9 +13,9 @@
 use csg_graph_bounds::Aabb;
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3Swizzles};
 
-use super::blocks::Held;
 use super::compile::Content;
 use super::frame::DRIFT;
+use super::held::Held;
 use super::hits::{Hits, Place, ROOT, START, Trail};
 use super::lanes::{LANES, Rays};
 use super::tree::{Child, WIDTH};

@@ -10,11 +10,11 @@
 use csg_graph::Operator;
 use fearless_simd::Simd;
 
-use super::blocks::Held;
 use super::compile::{Content, Solid};
+use super::held::Held;
 use super::hits::{Hits, Place};
 use super::lanes::transform;
-use super::point::{Mark, Part, Points};
+use super::point::{Holder, Mark, Points};
 use crate::Ray;
 use crate::boolean::inside;
 use crate::shapes::{self, Extents};
@@ -243,7 +243,7 @@ impl Faces {
         mut union: Union,
         t: f64,
     ) -> Option<Crossing> {
-        while let Some(Part { place, ray }) = self.points.next(simd, held, hits, union.mark, t) {
+        while let Some(Holder { place, ray }) = self.points.next(simd, held, hits, union.mark, t) {
             let block = held.block(hits.block(place.way));
             if place.is_small {
                 let detail = hits.detail.as_ref().filter(|_| !self.is_cut());

@@ -2,9 +2,9 @@
 
 use fearless_simd::Simd;
 
-use super::blocks::Held;
 use super::compile::Compiled;
 use super::cover::Cover;
+use super::held::Held;
 use super::hits::{Hits, Place};
 use super::lanes::transform;
 use super::solid::Solids;

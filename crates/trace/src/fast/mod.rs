@@ -5,7 +5,8 @@
 //! evaluated each state once, and goes down a few wide trees. It is in these parts:
 //!
 //! - [`states`], [`unions`], [`lists`], [`compile`]: states to super-nodes and solids, with the boxes of [`bounds`];
-//! - [`blocks`]: all of the graph at once, or what rays come to; [`ahead`]: closer boxes of what they may come to;
+//! - [`blocks`]: all of the graph at once, or what rays come to; [`held`]: what of it a thread holds;
+//!   [`ahead`]: closer boxes of what rays may come to;
 //! - [`tree`], [`frame`], [`point`]: their boxes in single precision, and what is tested against them;
 //! - [`entry`]: where the rays of a beam begin, past the way that all of them have in common;
 //! - [`packet`], [`single`]: the first hit of rays together and alone; [`lanes`] and [`shapes`] are their arithmetic;
@@ -24,6 +25,7 @@ mod detail;
 mod entry;
 mod face;
 mod frame;
+mod held;
 mod hits;
 mod inquiry;
 pub(crate) mod lanes;
@@ -50,7 +52,7 @@ use csg_graph::{EvalError, Graph};
 use csg_graph_bounds::ExactBoxes;
 use fearless_simd::{Level, dispatch};
 
-use self::blocks::{Blocks, Held, OnDemand};
+use self::blocks::{Blocks, OnDemand};
 pub(crate) use self::bounds::Bounds;
 pub use self::bounds::StateBounds;
 use self::compile::Compiled;
@@ -59,6 +61,7 @@ pub use self::detail::Footprint;
 pub use self::entry::Beam;
 use self::entry::Entries;
 use self::face::Faces;
+use self::held::Held;
 use self::hits::{Hits, Place};
 use self::inquiry::{Ask, Inquiry, Work};
 use self::packet::Packet;
@@ -72,7 +75,7 @@ use crate::{Counters, Hit, Ray};
 pub const PACKET: usize = lanes::LANES;
 
 /// The side of a square of as many pixels.
-pub(crate) const SIDE: u32 = 4;
+pub(crate) const PACKET_SIDE: u32 = 4;
 
 /// A graph compiled for tracing.
 #[derive(Debug)]

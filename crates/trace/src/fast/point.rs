@@ -7,9 +7,9 @@
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
 use glam::DVec3;
 
-use super::blocks::Held;
 use super::compile::{Content, SuperNode};
 use super::frame::{DRIFT, narrow};
+use super::held::Held;
 use super::hits::{Hits, Place};
 use super::lanes::transform;
 use super::tree::{Child, Node, WIDTH};
@@ -42,7 +42,7 @@ pub(super) struct Mark {
 }
 
 /// An item that may hold the point, with the ray in its frame; of a box, in that of the super-node.
-pub(super) struct Part {
+pub(super) struct Holder {
     pub(super) place: Place,
     pub(super) ray: Ray,
 }
@@ -84,7 +84,7 @@ impl Points {
         hits: &mut Hits,
         mark: Mark,
         t: f64,
-    ) -> Option<Part> {
+    ) -> Option<Holder> {
         while self.stack.len() > mark.stack {
             let (child, level) = self.stack.pop()?;
             self.levels.truncate(level as usize + 1);
@@ -106,7 +106,7 @@ impl Points {
             let item = &block.items[at];
             let place = Place::new(way, at);
             if hits.detail.as_ref().is_some_and(|detail| detail.is_small(block, place, &ray)) {
-                return Some(Part { place: place.as_box(), ray });
+                return Some(Holder { place: place.as_box(), ray });
             }
             let ray = transform(&ray, &item.item_from_super);
             match item.content {
@@ -115,7 +115,7 @@ impl Points {
                         self.enter(below, number, ray, hits.enter(place, block, number));
                     }
                 }
-                _ => return Some(Part { place, ray }),
+                _ => return Some(Holder { place, ray }),
             }
         }
         None

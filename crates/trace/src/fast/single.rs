@@ -5,9 +5,9 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
 use super::Inquiry;
-use super::blocks::Held;
 use super::compile::{Compiled, Content};
 use super::frame::{Line, Narrow};
+use super::held::Held;
 use super::hits::{Place, ROOT, START};
 use super::lanes::transform;
 use super::tree::{Child, Node, WIDTH};

@@ -24,8 +24,8 @@ use fearless_simd::{Select, Simd, SimdBase, f64x8};
 
 use self::front::Front;
 use self::level::{Level, inside, push};
-use super::blocks::Held;
 use super::compile::{Compiled, Content, Solid, SuperNode};
+use super::held::Held;
 use super::hits::{Hits, Place};
 use super::inquiry::Ask;
 use super::lanes::{HALF, LANES, Lanes, Mask, Rays, Vec3x8, each};

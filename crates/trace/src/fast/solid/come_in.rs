@@ -4,8 +4,8 @@ use fearless_simd::Simd;
 
 use super::question::{Answer, Question};
 use super::{Call, Solids, extents};
-use crate::fast::blocks::Held;
 use crate::fast::frame::Narrow;
+use crate::fast::held::Held;
 use crate::fast::hits::{Hits, Place};
 use crate::fast::lanes::transform;
 use crate::fast::single::{met, nearest};

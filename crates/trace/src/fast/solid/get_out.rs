@@ -10,7 +10,7 @@ use fearless_simd::Simd;
 use super::question::{Answer, Question, Seek};
 use super::{Call, Solids, extents};
 use crate::Ray;
-use crate::fast::blocks::Held;
+use crate::fast::held::Held;
 use crate::fast::hits::{Hits, Place, ROOT};
 use crate::fast::lanes::transform;
 use crate::fast::single::{Open, crossed};

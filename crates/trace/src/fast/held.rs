@@ -1,0 +1,344 @@
+//! The blocks that a thread holds.
+//!
+//! What is [remembered](super::blocks) may be forgotten at any time, and a lock is between it and the threads that share it.
+//! So each thread keeps the blocks that its rays are in, and knows them by small numbers: looked up once, they stay while
+//! a question is asked. Where a thread holds too much, it lets go of all between two questions. Rays that would come to too
+//! many blocks together are told so, and go alone.
+
+use std::cell::{Cell, RefCell};
+use std::fmt;
+use std::sync::Arc;
+
+use csg_graph::{EvalError, Fault, State};
+use elsa::FrozenVec;
+use rustc_hash::FxHashMap;
+
+use super::blocks::{Blocks, HELD};
+use super::compile::{Compiled, Content, Item, SuperNode, index};
+use super::detail::Footprint;
+use super::hits::{Hits, Place};
+use super::sample::{Dice, Sample};
+
+/// About what it takes to know where a gate or a state leads, in bytes.
+const ENTRY: usize = 64;
+
+/// By how many bytes what a thread holds may differ from what others know of it.
+const STEP: usize = 1 << 18;
+
+/// The bytes that a thread holds.
+struct Share<'a> {
+    source: &'a Blocks,
+    bytes: Cell<usize>,
+    /// What the others know of.
+    noted: Cell<usize>,
+}
+
+impl Share<'_> {
+    fn add(&self, bytes: usize) {
+        self.bytes.set(self.bytes.get() + bytes);
+        if self.bytes.get() > self.noted.get() + STEP {
+            self.note(self.bytes.get());
+        }
+    }
+
+    fn note(&self, bytes: usize) {
+        if let Blocks::OnDemand(source) = self.source
+            && self.noted.get() != bytes
+        {
+            source.note_held(self.noted.replace(bytes), bytes);
+        }
+    }
+}
+
+impl Drop for Share<'_> {
+    fn drop(&mut self) {
+        self.note(0);
+    }
+}
+
+/// The blocks that a thread holds. The first is the root's.
+pub(super) struct Held<'a> {
+    source: &'a Blocks,
+    blocks: FrozenVec<Arc<Compiled>>,
+    /// Where gates of blocks lead.
+    behind: RefCell<FxHashMap<(u32, u32), Option<u32>>>,
+    /// The numbers of the blocks, by their states: many gates lead to one.
+    numbers: RefCell<FxHashMap<State, u32>>,
+    /// Of each block, its bytes and the last question that came to it.
+    visits: RefCell<Vec<(usize, u32)>>,
+    share: Share<'a>,
+    question: u32,
+    /// The bytes of all blocks that the rays of the question have come to, and the most that they may.
+    come_to: Cell<usize>,
+    most: usize,
+    /// What was wrong with a state that a ray came to.
+    fault: Cell<Option<Box<EvalError>>>,
+    /// How many questions below operators may wait for each other: none any more once they were too many.
+    deepest: Cell<usize>,
+}
+
+/// How many questions below operators may wait for each other at first: what is listed ends.
+fn deepest(source: &Blocks) -> usize {
+    match source {
+        Blocks::Whole(_) => usize::MAX,
+        Blocks::OnDemand(_) => 1 << 13,
+    }
+}
+
+impl<'a> Held<'a> {
+    pub(super) fn new(source: &'a Blocks) -> Self {
+        let held = Self {
+            source,
+            blocks: FrozenVec::new(),
+            behind: RefCell::default(),
+            numbers: RefCell::default(),
+            visits: RefCell::default(),
+            share: Share { source, bytes: Cell::new(0), noted: Cell::new(0) },
+            question: 0,
+            come_to: Cell::new(0),
+            most: usize::MAX,
+            fault: Cell::new(None),
+            deepest: Cell::new(deepest(source)),
+        };
+        held.hold(match source {
+            Blocks::Whole(whole) => Arc::clone(whole),
+            Blocks::OnDemand(source) => Arc::clone(&source.root),
+        });
+        held
+    }
+
+    fn hold(&self, block: Arc<Compiled>) -> u32 {
+        let bytes = block.all_bytes();
+        self.share.add(bytes);
+        self.visits.borrow_mut().push((bytes, 0));
+        self.blocks.push(block);
+        index(self.blocks.len() - 1)
+    }
+
+    /// Begins a question. Lets go of what is held if it is too much, and says so: numbers are void then.
+    pub(super) fn renew(&mut self) -> bool {
+        let Blocks::OnDemand(source) = self.source else { return false };
+        let is_too_much = self.share.bytes.get() > source.memory / HELD / rayon::current_num_threads();
+        if is_too_much {
+            let (fault, deepest) = (Cell::new(self.fault.take()), self.deepest.clone());
+            *self = Self { fault, deepest, ..Self::new(self.source) };
+        }
+        self.begin(usize::MAX);
+        is_too_much
+    }
+
+    /// Begins the question of rays that go together.
+    pub(super) fn go_together(&mut self) {
+        let Blocks::OnDemand(source) = self.source else { return };
+        self.begin(source.granularity.together);
+    }
+
+    /// Begins a question of rays that may come to so many bytes of blocks.
+    fn begin(&mut self, most: usize) {
+        self.question = self.question.wrapping_add(1);
+        self.come_to.set(0);
+        self.most = most;
+    }
+
+    /// Ends a question of rays that went together, and says whether they came to too much for that. Then gates have been
+    /// left out, and what was found is void.
+    pub(super) fn is_too_much(&mut self) -> bool {
+        self.come_to.get() > std::mem::replace(&mut self.most, usize::MAX)
+    }
+
+    /// A block that is held.
+    #[inline(always)]
+    pub(super) fn block(&self, number: u32) -> &Compiled {
+        &self.blocks[number as usize]
+    }
+
+    #[inline(always)]
+    pub(super) fn item(&self, block: u32, item: u32) -> &Item {
+        &self.block(block).items[item as usize]
+    }
+
+    /// The super-node that an item of a block leads to, and the block that it is in.
+    #[inline(always)]
+    pub(super) fn inside(&self, block: u32, content: Content) -> Option<(u32, &SuperNode)> {
+        match content {
+            Content::Super(number) => Some((block, &self.block(block).supers[number as usize])),
+            Content::Gate(gate) => {
+                let block = self.enter(block, gate)?;
+                Some((block, &self.block(block).supers[0]))
+            }
+            Content::Shape(_) | Content::Solid(_) => unreachable!("what is entered has something inside"),
+        }
+    }
+
+    /// The block behind a gate, unless there is something wrong with it, or the rays have come to too much.
+    #[inline(never)]
+    fn enter(&self, block: u32, gate: u32) -> Option<u32> {
+        if self.come_to.get() > self.most {
+            return None;
+        }
+        let known = self.behind.borrow().get(&(block, gate)).copied();
+        let number = known.unwrap_or_else(|| {
+            let found = self.find(&self.block(block).gates[gate as usize].state);
+            self.behind.borrow_mut().insert((block, gate), found);
+            self.share.add(ENTRY);
+            found
+        })?;
+        let (bytes, question) = &mut self.visits.borrow_mut()[number as usize];
+        if std::mem::replace(question, self.question) != self.question {
+            self.come_to.set(self.come_to.get() + *bytes);
+        }
+        Some(number)
+    }
+
+    /// The block of a state.
+    fn find(&self, state: &State) -> Option<u32> {
+        let Blocks::OnDemand(source) = self.source else { unreachable!("a whole graph has no gates") };
+        if let Some(number) = self.numbers.borrow().get(state) {
+            return Some(*number);
+        }
+        match source.block(state) {
+            Ok(found) => {
+                let number = self.hold(found);
+                self.numbers.borrow_mut().insert(state.clone(), number);
+                self.share.add(state.bytes() + ENTRY);
+                Some(number)
+            }
+            Err(fault) => {
+                self.fault.set(Some(Box::new(fault)));
+                None
+            }
+        }
+    }
+
+    /// The size of what is not looked into in any case: recursion that never ends has no last part, and coordinates have no
+    /// more digits.
+    pub(super) fn finest(&self) -> Footprint {
+        const DIGITS: f64 = 1e-12;
+        match self.source {
+            Blocks::Whole(_) => Footprint::LINE,
+            Blocks::OnDemand(source) => {
+                Footprint { width: DIGITS * source.root.supers[0].radius, spread: DIGITS }
+            }
+        }
+    }
+
+    /// Whether too many questions wait for each other below the operators on a way. Where recursion goes by chance, nobody has
+    /// shown that it shrinks, and this is how it is found not to. What is found from then on is void.
+    #[inline(always)]
+    pub(super) fn is_bottomless(&self, waiting: usize, hits: &Hits, way: u32) -> bool {
+        let is_bottomless = waiting > self.deepest.get();
+        if is_bottomless {
+            self.refuse(hits, way);
+        }
+        is_bottomless
+    }
+
+    /// Whether what is found is void.
+    pub(super) fn is_void(&self) -> bool {
+        self.deepest.get() == 0
+    }
+
+    #[cold]
+    fn refuse(&self, hits: &Hits, way: u32) {
+        let Blocks::OnDemand(source) = self.source else { unreachable!("all that is listed ends") };
+        if self.deepest.replace(0) > 0 {
+            let (above, item) = hits.step(way);
+            let node = self.item(hits.block(above), item).node;
+            let at = csg_graph::Place { node, expr: None, label: source.graph.node_name(node) };
+            let fault = EvalError { at, fault: Fault::Bottomless, values: Vec::new() };
+            self.fault.set(Some(Box::new(fault)));
+        }
+    }
+
+    /// What is seen of a part that is too small to be looked into.
+    pub(super) fn sample(&self, block: u32, part: Place) -> Sample {
+        let (block, at) = (self.block(block), part.item as usize);
+        let (sample, gate) = if part.is_node {
+            Sample::of_node(block, at, &mut Dice::at(block.nodes[at].bounds(0).min))
+        } else {
+            Sample::of_item(block, at, &mut Dice::at(block.parts[at].bounds.min))
+        };
+        let (Some(gate), Blocks::OnDemand(source)) = (gate, self.source) else { return sample };
+        let inner = gate.sample.get_or_init(|| {
+            // Several items may lead here, and it must not matter which of them is seen first.
+            let mut dice = Dice::at(block.parts[gate.first as usize].bounds.min);
+            let drawn = Sample::of_state(&source.graph, &source.unions, &gate.state, &mut dice);
+            drawn.map(Box::new).map_err(|fault| self.fault.set(Some(Box::new(fault)))).ok()
+        });
+        inner.as_ref().map_or(sample.clone(), |inner| sample.then(inner))
+    }
+
+    /// What was wrong with a state that a ray came to since the last question, if anything was.
+    pub(super) fn take_fault(&self) -> Option<EvalError> {
+        self.deepest.set(deepest(self.source));
+        self.fault.take().map(|fault| *fault)
+    }
+}
+
+impl fmt::Debug for Held<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Held").field("blocks", &self.blocks.len()).finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use csg_graph_bounds::{Envelopes, Limits};
+
+    use super::super::blocks::OnDemand;
+    use super::super::bounds::StateBounds;
+    use super::super::hits::ROOT;
+    use super::*;
+
+    /// A tree that is all alike but for its angles, under a limit for what rays come to together.
+    fn blocks(together: usize) -> Blocks {
+        let source = "{ n = 30; } TREE
+            TREE if(n > 0, 2, 1)
+            1: TREE -> sphere
+            2: TREE -> cylinder | {n = n - 1} move(0, 0, 1) uscale(0.7)
+                       (rotx(rand(20, 40)) TREE | rotx(rand(-40, -20)) TREE)";
+        let graph = csg_graph_grammar::load(source, &[]).expect("a scene").scene.graph;
+        let bounds = StateBounds::Envelopes(Box::new(Envelopes::new(graph.clone(), &Limits::default())));
+        let mut source = OnDemand::new(graph, bounds, 1 << 20).expect("a root");
+        source.granularity.together = together;
+        Blocks::OnDemand(Box::new(source))
+    }
+
+    #[test]
+    fn what_is_too_much_together_is_not_for_one() {
+        let blocks = blocks(0);
+        let mut held = Held::new(&blocks);
+        assert!(held.block(ROOT).gates.len() > 1);
+        held.go_together();
+        assert!(held.enter(ROOT, 0).is_some() && held.enter(ROOT, 1).is_none());
+        assert!(held.is_too_much());
+        // Those that are held already count likewise, so that it does not matter what there was before.
+        held.go_together();
+        assert!(held.enter(ROOT, 0).is_some() && held.enter(ROOT, 1).is_none());
+        assert!(held.is_too_much());
+        held.renew();
+        assert!(held.enter(ROOT, 0).is_some() && held.enter(ROOT, 1).is_some());
+        assert!(!held.is_too_much());
+    }
+
+    #[test]
+    fn what_is_held_is_not_remembered_besides() {
+        let blocks = blocks(usize::MAX);
+        let Blocks::OnDemand(source) = &blocks else { unreachable!("it was made so") };
+        let all = source.remembered.capacity();
+        let held = Held::new(&blocks);
+        let mut open = vec![ROOT];
+        while let Some(number) = open.pop()
+            && *source.held.lock().unwrap() <= STEP
+        {
+            let gates = 0..index(held.block(number).gates.len());
+            open.extend(gates.filter_map(|gate| held.enter(number, gate)));
+        }
+        let noted = *source.held.lock().unwrap();
+        assert!(noted > STEP && noted <= held.share.bytes.get());
+        assert!(source.remembered.capacity() <= all - (noted - source.memory / HELD) as u64 + 64);
+        drop(held);
+        assert_eq!(*source.held.lock().unwrap(), 0);
+        assert!(source.remembered.capacity() >= all);
+    }
+}
