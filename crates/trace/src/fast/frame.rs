@@ -12,8 +12,7 @@
 
 use super::compile::SuperNode;
 use super::hits::{ROOT, START};
-use super::lanes::{HALF, LANES, Lanes, Mask, Rays};
-use super::shapes::bits;
+use super::lanes::{HALF, LANES, Lanes, Mask, Rays, bits};
 use crate::Ray;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, SimdNarrow, f32x16, f64x8, mask32x16};
 use glam::{DVec3, Vec3A};

@@ -22,11 +22,15 @@ pub(crate) type Mask = u32;
 #[repr(C, align(64))]
 pub(crate) struct Lanes(pub(crate) [f64; LANES]);
 
+/// One vector for each ray.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Vectors([Lanes; 3]);
+
 /// Rays in one frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rays {
-    pub(crate) origin: [Lanes; 3],
-    pub(crate) direction: [Lanes; 3],
+    pub(crate) origin: Vectors,
+    pub(crate) direction: Vectors,
 }
 
 /// A vector for each of eight rays.
@@ -51,25 +55,51 @@ impl Lanes {
     }
 }
 
-impl Rays {
-    pub(crate) const ZERO: Self = Self { origin: [Lanes::ZERO; 3], direction: [Lanes::ZERO; 3] };
+impl Vectors {
+    pub(crate) const ZERO: Self = Self([Lanes::ZERO; 3]);
 
-    pub(crate) fn set(&mut self, lane: usize, ray: &Ray) {
+    #[inline(always)]
+    pub(crate) fn set(&mut self, lane: usize, vector: DVec3) {
         for axis in 0..3 {
-            self.origin[axis].0[lane] = ray.origin[axis];
-            self.direction[axis].0[lane] = ray.direction[axis];
+            self.0[axis].0[lane] = vector[axis];
         }
     }
 
+    #[inline(always)]
+    pub(crate) fn get(&self, lane: usize) -> DVec3 {
+        DVec3::new(self.0[0].0[lane], self.0[1].0[lane], self.0[2].0[lane])
+    }
+
+    #[inline(always)]
+    pub(crate) fn half<S: Simd>(&self, simd: S, half: usize) -> Vec3x8<S> {
+        let [x, y, z] = &self.0;
+        Vec3x8 { x: x.half(simd, half), y: y.half(simd, half), z: z.half(simd, half) }
+    }
+
+    #[inline(always)]
+    pub(crate) fn set_half<S: Simd>(&mut self, half: usize, value: Vec3x8<S>) {
+        self.0[0].set_half(half, value.x);
+        self.0[1].set_half(half, value.y);
+        self.0[2].set_half(half, value.z);
+    }
+}
+
+impl Rays {
+    pub(crate) const ZERO: Self = Self { origin: Vectors::ZERO, direction: Vectors::ZERO };
+
+    pub(crate) fn set(&mut self, lane: usize, ray: &Ray) {
+        self.origin.set(lane, ray.origin);
+        self.direction.set(lane, ray.direction);
+    }
+
     pub(crate) fn get(&self, lane: usize) -> Ray {
-        let vector = |lanes: &[Lanes; 3]| DVec3::from(std::array::from_fn(|axis| lanes[axis].0[lane]));
-        Ray { origin: vector(&self.origin), direction: vector(&self.direction) }
+        Ray { origin: self.origin.get(lane), direction: self.direction.get(lane) }
     }
 
     #[inline(always)]
     pub(crate) fn set_half<S: Simd>(&mut self, half: usize, origin: Vec3x8<S>, direction: Vec3x8<S>) {
-        origin.store(&mut self.origin, half);
-        direction.store(&mut self.direction, half);
+        self.origin.set_half(half, origin);
+        self.direction.set_half(half, direction);
     }
 
     /// The rays of another frame in this one.
@@ -83,24 +113,12 @@ impl Rays {
 
     #[inline(always)]
     pub(crate) fn half<S: Simd>(&self, simd: S, half: usize) -> [Vec3x8<S>; 2] {
-        [Vec3x8::load(simd, &self.origin, half), Vec3x8::load(simd, &self.direction, half)]
+        [self.origin.half(simd, half), self.direction.half(simd, half)]
     }
 }
 
 // No closures here and in what is called for each box: they would be compiled without the vector instructions.
 impl<S: Simd> Vec3x8<S> {
-    #[inline(always)]
-    pub(crate) fn load(simd: S, lanes: &[Lanes; 3], half: usize) -> Self {
-        Self { x: lanes[0].half(simd, half), y: lanes[1].half(simd, half), z: lanes[2].half(simd, half) }
-    }
-
-    #[inline(always)]
-    pub(crate) fn store(self, lanes: &mut [Lanes; 3], half: usize) {
-        lanes[0].set_half(half, self.x);
-        lanes[1].set_half(half, self.y);
-        lanes[2].set_half(half, self.z);
-    }
-
     /// Into another frame, as a direction: the order of operations is glam's.
     #[inline(always)]
     pub(crate) fn transform_vector(self, map: &DAffine3) -> Self {

@@ -16,7 +16,7 @@
 //! - [`detail`], [`look`], [`cover`], [`survey`], [`sample`]: what is too small to be looked into, and what is seen of it.
 
 mod ahead;
-pub(crate) mod blocks;
+mod blocks;
 mod bounds;
 mod compile;
 mod cover;
@@ -34,7 +34,7 @@ mod look;
 mod packet;
 mod point;
 mod resolve;
-mod sample;
+pub(crate) mod sample;
 mod shapes;
 mod single;
 mod solid;

@@ -34,11 +34,11 @@ pub(super) struct Sample {
 
 /// Numbers by chance.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Dice(u64);
+pub(crate) struct Dice(u64);
 
 impl Dice {
     /// Of a place.
-    pub(super) fn at(place: DVec3) -> Self {
+    pub(crate) fn at(place: DVec3) -> Self {
         let mut dice = Self(0);
         for coordinate in place.to_array() {
             dice.0 ^= coordinate.to_bits();
@@ -58,7 +58,7 @@ impl Dice {
     }
 
     /// A number from 0 to 1 (Steele and others' splitmix \[STEE14\]).
-    pub(super) fn throw(&mut self) -> f64 {
+    pub(crate) fn throw(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut bits = self.0;
         bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -227,7 +227,7 @@ mod tests {
 
     use super::*;
     use crate::Ray;
-    use crate::fast::lanes::{HALF, Lanes};
+    use crate::fast::lanes::{HALF, Lanes, Rays, Vectors};
     use crate::shapes::{extents, normal_at};
 
     /// Corners, edges, apexes and lines along faces among them.
@@ -256,24 +256,18 @@ mod tests {
             let met: Vec<(Ray, f64)> = met.filter(|(_, t)| t.is_finite()).collect();
             assert!(met.len() > 5000, "{primitive:?} is met {} times", met.len());
             for eight in met.chunks_exact(HALF) {
-                let [mut origin, mut direction, mut normal] = [[Lanes::ZERO; 3]; 3];
-                let mut t = Lanes::ZERO;
+                let (mut rays, mut normals, mut t) = (Rays::ZERO, Vectors::ZERO, Lanes::ZERO);
                 for (lane, (ray, at)) in eight.iter().enumerate() {
                     t.0[lane] = *at;
-                    for axis in 0..3 {
-                        origin[axis].0[lane] = ray.origin[axis];
-                        direction[axis].0[lane] = ray.direction[axis];
-                    }
+                    rays.set(lane, ray);
                 }
                 dispatch!(Level::new(), simd => {
-                    let ray = [&origin, &direction].map(|vectors| Vec3x8::load(simd, vectors, 0));
-                    let found = normals_at(simd, &primitive, ray, t.half(simd, 0));
-                    found.expect("the kind is one of them").store(&mut normal, 0);
+                    let found = normals_at(simd, &primitive, rays.half(simd, 0), t.half(simd, 0));
+                    normals.set_half(0, found.expect("the kind is one of them"));
                 });
                 for (lane, (ray, at)) in eight.iter().enumerate() {
                     let alone = normal_at(&primitive, ray, *at).expect("it is a boundary");
-                    let together = DVec3::from_array([0, 1, 2].map(|axis: usize| normal[axis].0[lane]));
-                    assert_eq!(together, alone, "{primitive:?} {ray:?} at {at}");
+                    assert_eq!(normals.get(lane), alone, "{primitive:?} {ray:?} at {at}");
                 }
             }
         }

@@ -4,11 +4,10 @@
 //! arithmetic is done in vectors, operation by operation that of a ray alone.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f64x8};
-use glam::DVec3;
 
 use super::compile::Content;
 use super::hits::Place;
-use super::lanes::{HALF, LANES, Lanes, Mask, Rays, bits, each};
+use super::lanes::{HALF, LANES, Lanes, Mask, Rays, Vectors, bits, each};
 use super::resolve::Coat;
 use super::{Tracer, shapes};
 use crate::{Hit, Ray, walk};
@@ -23,14 +22,14 @@ pub(super) struct Together {
     items: Vec<(u32, u32)>,
     /// One for the outer side of what is hit, and minus one for the inner one.
     sides: Lanes,
-    points: [Lanes; 3],
+    points: Vectors,
     /// Of length 1.
-    normals: [Lanes; 3],
+    normals: Vectors,
 }
 
 impl Default for Together {
     fn default() -> Self {
-        let (points, normals) = ([Lanes::ZERO; 3], [Lanes::ZERO; 3]);
+        let (points, normals) = (Vectors::ZERO, Vectors::ZERO);
         Self { items: Vec::new(), sides: Lanes::ZERO, points, normals }
     }
 }
@@ -75,11 +74,8 @@ impl Tracer<'_> {
         let Coat { surface, depth, .. } = *self.coat(place);
         let node = self.held.item(self.hits.block(place.way), place.item).node;
         let Self { together, hits, .. } = self;
-        let get = |vectors: &[Lanes; 3], lane: usize| {
-            DVec3::new(vectors[0].0[lane], vectors[1].0[lane], vectors[2].0[lane])
-        };
         each(lanes, |lane| {
-            let (point, normal) = (get(&together.points, lane), get(&together.normals, lane));
+            let (point, normal) = (together.points.get(lane), together.normals.get(lane));
             found[lane] = Some(Hit { t: hits.t.0[lane], point, normal, surface, node, depth });
         });
         ordinary & lanes == lanes
@@ -105,7 +101,7 @@ impl Tracer<'_> {
             }
             let [mut origin, mut direction] = world.half(simd, half);
             let t = hits.t.half(simd, half);
-            origin.at(direction, t).store(&mut together.points, half);
+            together.points.set_half(half, origin.at(direction, t));
             for (block, item) in &together.items {
                 let map = &held.item(*block, *item).item_from_super;
                 origin = origin.transform_point(map);
@@ -120,7 +116,7 @@ impl Tracer<'_> {
             let is_ordinary = squared_length.simd_ge(f64x8::splat(simd, walk::ORDINARY.start))
                 & squared_length.simd_lt(f64x8::splat(simd, walk::ORDINARY.end));
             ordinary |= bits(is_ordinary) << (half * HALF);
-            normal.divide(squared_length.sqrt()).store(&mut together.normals, half);
+            together.normals.set_half(half, normal.divide(squared_length.sqrt()));
         }
         Some(ordinary)
     }

@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::OFFSET;
 #[cfg(doc)]
 use super::Place;
-use crate::fast::lanes::{HALF, Lanes, Mask, Vec3x8, bits};
+use crate::fast::lanes::{HALF, Lanes, Mask, Vec3x8, Vectors, bits};
 use crate::{Hit, Light, LightSource, Ray};
 
 /// Places that rays leave on the side that they came from.
@@ -32,10 +32,6 @@ pub(super) struct Places {
     facing: Lanes,
 }
 
-/// A vector for each ray.
-#[derive(Clone, Copy, Debug)]
-struct Vectors([Lanes; 3]);
-
 /// The way from a place to a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Way {
@@ -45,22 +41,6 @@ pub(super) struct Way {
     pub(super) distance: f64,
     /// The cosine of the angle to the normal.
     pub(super) facing: f64,
-}
-
-impl Vectors {
-    const ZERO: Self = Self([Lanes::ZERO; 3]);
-
-    #[inline(always)]
-    fn set(&mut self, lane: usize, vector: DVec3) {
-        for axis in 0..3 {
-            self.0[axis].0[lane] = vector[axis];
-        }
-    }
-
-    #[inline(always)]
-    fn get(&self, lane: usize) -> DVec3 {
-        DVec3::new(self.0[0].0[lane], self.0[1].0[lane], self.0[2].0[lane])
-    }
 }
 
 impl Default for Places {
@@ -132,29 +112,29 @@ impl Places {
             if self.lanes >> (half * HALF) & 0xff == 0 {
                 continue;
             }
-            let direction = Vec3x8::load(simd, &self.directions.0, half);
+            let direction = self.directions.half(simd, half);
             let (unit, _, has_length) = unit(simd, direction);
             let to_viewer = Vec3x8 {
                 x: -has_length.select(unit.x, zero),
                 y: -has_length.select(unit.y, zero),
                 z: -has_length.select(unit.z, zero),
             };
-            let normal = Vec3x8::load(simd, &self.normals.0, half);
+            let normal = self.normals.half(simd, half);
             let is_turned = normal.dot(to_viewer).simd_lt(zero);
             let normal = Vec3x8 {
                 x: is_turned.select(-normal.x, normal.x),
                 y: is_turned.select(-normal.y, normal.y),
                 z: is_turned.select(-normal.z, normal.z),
             };
-            let point = Vec3x8::load(simd, &self.points.0, half);
-            let origin = Vec3x8::load(simd, &self.origins.0, half);
+            let point = self.points.half(simd, half);
+            let origin = self.origins.half(simd, half);
             let x = point.x.abs().max(origin.x.abs());
             let y = point.y.abs().max(origin.y.abs());
             let z = point.z.abs().max(origin.z.abs());
             let offset = x.max(y).max(z) * OFFSET;
-            to_viewer.store(&mut self.to_viewer.0, half);
-            normal.store(&mut self.normals.0, half);
-            point.at(normal, offset).store(&mut self.starts.0, half);
+            self.to_viewer.set_half(half, to_viewer);
+            self.normals.set_half(half, normal);
+            self.starts.set_half(half, point.at(normal, offset));
         }
     }
 
@@ -167,7 +147,7 @@ impl Places {
             if self.lanes >> (half * HALF) & 0xff == 0 {
                 continue;
             }
-            let start = Vec3x8::load(simd, &self.starts.0, half);
+            let start = self.starts.half(simd, half);
             let (to_light, distance, has_way) = match towards {
                 Ok(position) => {
                     let x = splat(position.x) - start.x;
@@ -181,8 +161,8 @@ impl Places {
                     (Vec3x8 { x, y, z }, infinity, infinity.simd_gt(splat(0.0)))
                 }
             };
-            let facing = Vec3x8::load(simd, &self.normals.0, half).dot(to_light);
-            to_light.store(&mut self.to_light.0, half);
+            let facing = self.normals.half(simd, half).dot(to_light);
+            self.to_light.set_half(half, to_light);
             self.distances.set_half(half, distance);
             self.facing.set_half(half, facing);
             lit |= bits(facing.simd_gt(splat(0.0)) & has_way) << (half * HALF);
@@ -208,17 +188,15 @@ mod tests {
     use super::*;
     use crate::Surface;
     use crate::fast::lanes::LANES;
+    use crate::fast::sample::Dice;
     use crate::integrate::Place;
 
     #[test]
     fn places_are_those_of_single_hits() {
         let mut builder = GraphBuilder::new();
         let node = builder.primitive(PrimitiveKind::Sphere, []);
-        let mut state = 1_u64;
-        let mut number = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f64 / f64::from(1 << 23) - 1.0
-        };
+        let mut dice = Dice::at(DVec3::ONE);
+        let mut number = || 2.0 * dice.throw() - 1.0;
         let mut places = Places::default();
         let mut lit = 0;
         for size in [1e-9, 1.0, 3e7] {

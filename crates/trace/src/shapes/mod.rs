@@ -195,14 +195,12 @@ pub fn spans(primitive: &Primitive, ray: &Ray) -> Spans {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fast::sample::Dice;
 
     #[test]
     fn normals_at_boundaries_are_those_of_spans() {
-        let mut state = 7_u64;
-        let mut number = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f64 / f64::from(1 << 23) - 1.0
-        };
+        let mut dice = Dice::at(DVec3::ONE);
+        let mut number = || 2.0 * dice.throw() - 1.0;
         let primitives = [
             Primitive::Sphere,
             Primitive::Cube,

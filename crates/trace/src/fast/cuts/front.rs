@@ -3,8 +3,7 @@
 use fearless_simd::{Select, Simd, SimdBase, f64x8};
 
 use crate::fast::hits::{Hits, Place};
-use crate::fast::lanes::{HALF, LANES, Lanes, Mask};
-use crate::fast::shapes::bits;
+use crate::fast::lanes::{HALF, LANES, Lanes, Mask, bits};
 
 /// Where the rays are.
 #[derive(Debug)]
