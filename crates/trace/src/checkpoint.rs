@@ -7,7 +7,6 @@
 use std::io::{self, Read, Write};
 
 use crate::latent::{SQUARE, Square};
-use crate::tiles::Tile;
 use crate::{Counters, LatentImage, RenderError, Settings};
 
 /// Why there is no picture to go on with.
@@ -58,7 +57,8 @@ impl LatentImage {
                 to.write_all(&taken.to_le_bytes())?;
                 to.write_all(&goal.to_le_bytes())?;
             }
-            let places = if has_samples(squares) { places(&tile) } else { Vec::new() };
+            let places: Vec<_> =
+                if has_samples(squares) { tile.places_by_row(SQUARE).collect() } else { Vec::new() };
             let gauges = places.iter().filter_map(|place| exposure.gauges.get(*place)).flatten();
             let of_light = [&exposure.light, &exposure.halves];
             let of_light =
@@ -101,7 +101,7 @@ impl LatentImage {
             }
             [extremes.least, extremes.greatest] = [number(from)?, number(from)?];
             if has_samples(squares) {
-                let places = places(&tile);
+                let places: Vec<_> = tile.places_by_row(SQUARE).collect();
                 load_sums(&mut exposure.gauges, &places, from)?;
                 load_sums(&mut exposure.light, &places, from)?;
                 load_sums(&mut exposure.halves, &places, from)?;
@@ -114,11 +114,6 @@ impl LatentImage {
 /// Whether there is anything to keep of a tile.
 fn has_samples(squares: &[Square]) -> bool {
     squares.iter().any(|square| square.taken > 0)
-}
-
-/// The places of the pixels of a tile, row by row.
-fn places(tile: &Tile) -> Vec<usize> {
-    tile.pixels().map(|pixel| tile.place(SQUARE, pixel)).collect()
 }
 
 /// Reads the sums of some pixels, if there are any in this view.

@@ -99,7 +99,8 @@ pub fn survey(world: &World<'_>, width: u32, height: u32) -> Result<Vec<Probe>, 
             })
             .collect::<Result<Vec<_>, _>>()
     })?;
-    Ok(tiles.in_rows(&probes).copied().collect())
+    let probes: Vec<Probe> = probes.into_iter().flatten().collect();
+    Ok(tiles.places_by_row().map(|place| probes[place]).collect())
 }
 
 /// What `trace_tile` finds in each tile.

@@ -43,27 +43,20 @@ impl Tiles {
     }
 
     pub(crate) fn tile(self, index: u32) -> Tile {
-        let picture = Tile { columns: 0..self.width, rows: 0..self.height, start: 0 };
-        picture.part(SIDE, index % self.across() * SIDE, index / self.across() * SIDE)
+        self.picture().part(SIDE, index % self.across() * SIDE, index / self.across() * SIDE)
     }
 
     pub(crate) fn iter(self) -> impl Iterator<Item = Tile> {
         (0..self.count()).map(move |index| self.tile(index))
     }
 
-    /// The pixels of all tiles, each row by row, row by row of the picture.
-    ///
-    /// # Panics
-    /// If these are not all tiles with all their pixels.
-    pub(crate) fn in_rows<T>(self, tiles: &[Vec<T>]) -> impl Iterator<Item = &T> {
-        let across = self.across();
-        (0..self.height).flat_map(move |y| {
-            (0..across).flat_map(move |x| {
-                let index = y / SIDE * across + x;
-                let width = self.tile(index).columns.len();
-                &tiles[index as usize][(y % SIDE) as usize * width..][..width]
-            })
-        })
+    /// Where the pixels of the picture are, row by row of it, if they are put tile by tile, and row by row within tiles.
+    pub(crate) fn places_by_row(self) -> impl Iterator<Item = usize> {
+        self.picture().places_by_row(SIDE)
+    }
+
+    fn picture(self) -> Tile {
+        Tile { columns: 0..self.width, rows: 0..self.height, start: 0 }
     }
 }
 
@@ -97,8 +90,14 @@ impl Tile {
         })
     }
 
+    /// Where its pixels are in that order, row by row of it.
+    pub(crate) fn places_by_row(&self, side: u32) -> impl Iterator<Item = usize> + use<> {
+        let whole = self.clone();
+        self.pixels().map(move |pixel| whole.place(side, pixel))
+    }
+
     /// Where a pixel of it is in that order, if it is put in squares with sides of `side` pixels.
-    pub(crate) fn place(&self, side: u32, (x, y): (u32, u32)) -> usize {
+    fn place(&self, side: u32, (x, y): (u32, u32)) -> usize {
         let corner = |at: u32, start: u32| at - (at - start) % side;
         let square = self.part(side, corner(x, self.columns.start), corner(y, self.rows.start));
         let above = (y - square.rows.start) as usize * square.columns.len();
@@ -138,8 +137,9 @@ mod tests {
             met.sort_unstable_by_key(|(x, y)| (*y, *x));
             let expected = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
             assert!(met.into_iter().eq(expected.clone()), "{width} by {height}");
-            let pixels: Vec<Vec<_>> = tiles.iter().map(|tile| tile.pixels().collect()).collect();
-            assert!(tiles.in_rows(&pixels).copied().eq(expected), "{width} by {height}");
+            let pixels: Vec<_> = tiles.iter().flat_map(|tile| tile.pixels()).collect();
+            let in_rows = tiles.places_by_row().map(|place| pixels[place]);
+            assert!(in_rows.eq(expected), "{width} by {height}");
         }
     }
 }
