@@ -5,7 +5,7 @@ use csg_graph_bounds::HyperBoxes;
 use rustc_hash::FxHashMap;
 
 use crate::fast::{self, Accelerated};
-use crate::{Beam, Counters, Footprint, Grid, GridTracer, Hit, Ray, Walk};
+use crate::{Batch, Counters, Footprint, Grid, GridTracer, Hit, Ray, Walk};
 
 /// What finds hits for a picture.
 #[derive(Clone, Copy, Debug)]
@@ -83,48 +83,32 @@ impl Tracer<'_> {
     }
 
     /// The first hits of some rays, no more than the engine takes together.
-    pub(crate) fn nearest(&mut self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) -> Result<(), EvalError> {
-        self.nearest_from(None, rays, hits)
-    }
-
-    /// The same for rays of a beam.
-    pub(crate) fn nearest_within(
+    pub(crate) fn nearest<'r>(
         &mut self,
-        beam: &Beam,
-        rays: &[Ray],
+        batch: impl Into<Batch<'r>>,
         hits: &mut Vec<Option<Hit>>,
     ) -> Result<(), EvalError> {
-        self.nearest_from(Some(beam), rays, hits)
-    }
-
-    fn nearest_from(
-        &mut self,
-        beam: Option<&Beam>,
-        rays: &[Ray],
-        hits: &mut Vec<Option<Hit>>,
-    ) -> Result<(), EvalError> {
+        let batch = batch.into();
         hits.clear();
         match self {
             Self::Reference(walk) => {
-                for ray in rays {
+                for ray in batch.rays {
                     hits.push(walk.nearest(ray)?);
                 }
             }
             Self::Fast(tracer) => {
-                hits.resize(rays.len(), None);
-                match beam {
-                    Some(beam) => tracer.nearest_within(beam, rays, hits),
-                    None => tracer.nearest_of(rays, hits),
-                }
+                hits.resize(batch.rays.len(), None);
+                tracer.nearest_of(batch, hits);
                 tracer.take_fault().map_or(Ok(()), Err)?;
             }
-            Self::Grid(tracer) => hits.extend(rays.iter().map(|ray| tracer.nearest(ray))),
+            Self::Grid(tracer) => hits.extend(batch.rays.iter().map(|ray| tracer.nearest(ray))),
         }
         Ok(())
     }
 
-    /// How many of some rays of a beam hit anything, no more rays than the engine takes together.
-    pub(crate) fn count_hits(&mut self, beam: &Beam, rays: &[Ray]) -> Result<u64, EvalError> {
+    /// How many of some rays hit anything, no more rays than the engine takes together.
+    pub(crate) fn count_hits(&mut self, batch: Batch<'_>) -> Result<u64, EvalError> {
+        let rays = batch.rays;
         let mut count = 0;
         match self {
             Self::Reference(walk) => {
@@ -133,7 +117,7 @@ impl Tracer<'_> {
                 }
             }
             Self::Fast(tracer) => {
-                let reach = tracer.reach_within(beam, rays);
+                let reach = tracer.reach_of(batch);
                 tracer.take_fault().map_or(Ok(()), Err)?;
                 count += reach[..rays.len()].iter().filter(|t| t.is_finite()).count() as u64;
             }

@@ -117,7 +117,7 @@ pub use camera::{Camera, CameraError, Lens};
 pub use checkpoint::LoadError;
 pub use counters::Counters;
 pub use engine::Engine;
-pub use fast::{Accelerated, Beam, Footprint, PACKET, StateBounds, Tracer};
+pub use fast::{Accelerated, Batch, Beam, Footprint, PACKET, StateBounds, Tracer};
 pub use film::Film;
 pub use grid::{Grid, GridTracer};
 pub use integrate::Integrator;

@@ -140,7 +140,7 @@ impl Probing<'_> {
         pixels: impl IntoIterator<Item = (u32, u32)>,
     ) -> Result<u64, EvalError> {
         self.aim(pixels);
-        self.tracer.count_hits(beam, &self.rays)
+        self.tracer.count_hits(beam.batch(&self.rays))
     }
 
     /// What the rays through some pixels meet, no more than the engine takes together.

@@ -251,7 +251,7 @@ impl<'a> Painter<'a> {
             self.lens.rays(columns, rows, self.places[number as usize], rays);
             let footprint = Footprint { width: 0.0, spread: self.lens.spread() };
             tracer.set_footprint(footprint);
-            tracer.nearest_within(beam, rays, hits)?;
+            tracer.nearest(beam.batch(rays), hits)?;
             // What leaves surfaces from here on sees as much as the closest of these rays.
             let nearest = hits.iter().flatten().map(|hit| hit.t).fold(f64::INFINITY, f64::min);
             tracer.set_footprint(footprint.onward(nearest));

@@ -427,9 +427,9 @@ fn compare_beams(engine: &Accelerated, camera: Camera) -> usize {
             let rays: Vec<Ray> = (left..left + TILE).map(centre).collect();
             let [mut expected, mut found] = [[None; PACKET]; 2];
             alone.nearest_of(&rays, &mut expected);
-            together.nearest_within(&beam, &rays, &mut found);
+            together.nearest_of(beam.batch(&rays), &mut found);
             assert_eq!(found, expected, "row {row}");
-            let [one, other] = [together.reach_within(&beam, &rays), alone.reach_of(&rays)];
+            let [one, other] = [together.reach_of(beam.batch(&rays)), alone.reach_of(&rays)];
             assert_eq!(one.map(f64::to_bits), other.map(f64::to_bits), "row {row}");
             hits += found.iter().flatten().count();
         }

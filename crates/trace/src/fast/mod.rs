@@ -11,11 +11,12 @@
 //! - [`entry`]: where the rays of a beam begin, past the way that all of them have in common;
 //! - [`packet`], [`single`]: the first hit of rays together and alone; [`lanes`] and [`shapes`] are their arithmetic;
 //! - [`solid`], [`cuts`], [`face`]: the first boundary of the results of ∩ and \\, alone and together, and whose face it is;
-//! - [`inquiry`], [`hits`]: what is asked, what was hit, and the way to it;
+//! - [`batch`], [`inquiry`], [`hits`]: which rays, what is asked of them, what was hit, and the way to it;
 //! - [`resolve`], [`together`]: surface and normal there, for one ray and for several;
 //! - [`detail`], [`look`], [`cover`], [`survey`], [`sample`]: what is too small to be looked into, and what is seen of it.
 
 mod ahead;
+mod batch;
 mod blocks;
 mod bounds;
 mod compile;
@@ -52,6 +53,7 @@ use csg_graph::{EvalError, Graph};
 use csg_graph_bounds::ExactBoxes;
 use fearless_simd::{Level, dispatch};
 
+pub use self::batch::Batch;
 use self::blocks::{Blocks, OnDemand};
 pub(crate) use self::bounds::Bounds;
 pub use self::bounds::StateBounds;
@@ -240,25 +242,14 @@ impl Tracer<'_> {
     ///
     /// # Panics
     /// If there are more.
-    pub fn reach_of(&mut self, rays: &[Ray]) -> [f64; PACKET] {
-        self.reach_from(None, rays)
-    }
-
-    /// The same for rays of a beam, as [`nearest_within`](Self::nearest_within).
-    ///
-    /// # Panics
-    /// If there are more.
-    pub fn reach_within(&mut self, beam: &Beam, rays: &[Ray]) -> [f64; PACKET] {
-        self.reach_from(Some(beam), rays)
-    }
-
-    fn reach_from(&mut self, beam: Option<&Beam>, rays: &[Ray]) -> [f64; PACKET] {
-        self.counters.rays += rays.len() as u64;
-        if self.trace_packet(beam, rays, |_| f64::INFINITY, Ask::Nearest) {
+    pub fn reach_of<'r>(&mut self, batch: impl Into<Batch<'r>>) -> [f64; PACKET] {
+        let batch = batch.into();
+        self.counters.rays += batch.rays.len() as u64;
+        if self.trace_packet(batch, |_| f64::INFINITY, Ask::Nearest) {
             return self.hits.t.0;
         }
         let mut reach = [f64::INFINITY; PACKET];
-        for (ray, reach) in rays.iter().zip(&mut reach) {
+        for (ray, reach) in batch.rays.iter().zip(&mut reach) {
             self.trace_one(ray, f64::INFINITY, Ask::Nearest);
             *reach = self.hits.t.0[0];
         }
@@ -269,27 +260,15 @@ impl Tracer<'_> {
     ///
     /// # Panics
     /// If there are more, or not as many places for hits.
-    pub fn nearest_of(&mut self, rays: &[Ray], found: &mut [Option<Hit>]) {
-        self.nearest_from(None, rays, found);
-    }
-
-    /// The same for rays of a beam; others may miss what they would meet. The way that all rays of the beam have in common
-    /// is gone once for all calls with the same beam that follow each other, and is no part of what is counted.
-    ///
-    /// # Panics
-    /// If there are more, or not as many places for hits.
-    pub fn nearest_within(&mut self, beam: &Beam, rays: &[Ray], found: &mut [Option<Hit>]) {
-        self.nearest_from(Some(beam), rays, found);
-    }
-
-    fn nearest_from(&mut self, beam: Option<&Beam>, rays: &[Ray], found: &mut [Option<Hit>]) {
-        assert_eq!(rays.len(), found.len(), "a place for each hit");
-        self.counters.rays += rays.len() as u64;
-        if self.trace_packet(beam, rays, |_| f64::INFINITY, Ask::Nearest) {
+    pub fn nearest_of<'r>(&mut self, batch: impl Into<Batch<'r>>, found: &mut [Option<Hit>]) {
+        let batch = batch.into();
+        assert_eq!(batch.rays.len(), found.len(), "a place for each hit");
+        self.counters.rays += batch.rays.len() as u64;
+        if self.trace_packet(batch, |_| f64::INFINITY, Ask::Nearest) {
             found.fill(None);
-            return self.hits_of(rays, found);
+            return self.hits_of(batch.rays, found);
         }
-        for (ray, found) in rays.iter().zip(found) {
+        for (ray, found) in batch.rays.iter().zip(found) {
             *found = self.nearest_alone(ray);
         }
     }
@@ -308,7 +287,7 @@ impl Tracer<'_> {
     pub fn occluded_of(&mut self, rays: &[Ray], ends: &[f64]) -> u32 {
         assert_eq!(rays.len(), ends.len(), "an end for each ray");
         self.counters.shadow_rays += rays.len() as u64;
-        let is_together = self.trace_packet(None, rays, |lane| ends[lane], Ask::Any);
+        let is_together = self.trace_packet(rays.into(), |lane| ends[lane], Ask::Any);
         let mut is_met = |lane: usize| {
             if is_together {
                 return self.hits.found(lane).is_some();
@@ -319,12 +298,17 @@ impl Tracer<'_> {
         (0..rays.len()).filter(|lane| is_met(*lane)).fold(0, |set, lane| set | 1 << lane)
     }
 
-    fn trace_one(&mut self, ray: &Ray, end: f64, ask: Ask) {
-        let Self { level, held, single, hits, solids, entries, coat, .. } = self;
-        if held.renew() {
-            entries.forget();
+    /// Begins a question. What the last one has left may be of blocks that are let go of now.
+    fn begin(&mut self) {
+        if self.held.renew() {
+            self.entries.forget();
         }
-        *coat = None;
+        self.coat = None;
+    }
+
+    fn trace_one(&mut self, ray: &Ray, end: f64, ask: Ask) {
+        self.begin();
+        let Self { level, held, single, hits, solids, .. } = self;
         hits.clear([end; PACKET]);
         let Some(start) = Single::start(held, ray) else { return };
         let work = Work::default();
@@ -342,19 +326,11 @@ impl Tracer<'_> {
     }
 
     /// Traces rays together. If they come to more than is held at one time, each has to go alone, and it says `false`.
-    fn trace_packet(
-        &mut self,
-        beam: Option<&Beam>,
-        rays: &[Ray],
-        end: impl Fn(usize) -> f64,
-        ask: Ask,
-    ) -> bool {
+    fn trace_packet(&mut self, batch: Batch<'_>, end: impl Fn(usize) -> f64, ask: Ask) -> bool {
+        let Batch { rays, beam } = batch;
         assert!(rays.len() <= PACKET, "a packet has {PACKET} rays");
-        let Self { level, held, packet, hits, solids, root, entries, coat, .. } = self;
-        if held.renew() {
-            entries.forget();
-        }
-        *coat = None;
+        self.begin();
+        let Self { level, held, packet, hits, solids, root, entries, .. } = self;
         let Some(last) = rays.len().checked_sub(1) else {
             hits.clear([f64::INFINITY; PACKET]);
             return true;
