@@ -12,7 +12,8 @@ use crate::latent::{SQUARE, Square};
 use crate::tiles::Tile;
 use crate::view::Part;
 use crate::{
-    Beam, Camera, Counters, Film, Footprint, Hit, Integrator, LatentImage, Light, Ray, Sky, View, sampling,
+    Batch, Beam, Camera, Counters, Film, Footprint, Hit, Integrator, LatentImage, Light, Ray, Sky, View,
+    sampling,
 };
 
 /// The most pixels that a picture may have: 8192 by 8192. A pixel takes 36 bytes while the picture is made and developed,
@@ -251,7 +252,9 @@ impl<'a> Painter<'a> {
             self.lens.rays(columns, rows, self.places[number as usize], rays);
             let footprint = Footprint { width: 0.0, spread: self.lens.spread() };
             tracer.set_footprint(footprint);
-            tracer.nearest(beam.batch(rays), hits)?;
+            // What all rays of a beam have in common is a part of what each of them costs.
+            let batch = if view == View::Cost { Batch::from(&*rays) } else { beam.batch(rays) };
+            tracer.nearest(batch, hits)?;
             // What leaves surfaces from here on sees as much as the closest of these rays.
             let nearest = hits.iter().flatten().map(|hit| hit.t).fold(f64::INFINITY, f64::min);
             tracer.set_footprint(footprint.onward(nearest));

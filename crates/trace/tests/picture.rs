@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use csg_graph::{AttributeTerm, Expr, Graph, GraphBuilder, Operator, PrimitiveKind, TransformKind};
 use csg_graph_bounds::{HyperBoxes, Limits, chain, conventional, exact};
 use csg_graph_trace::{
-    Accelerated, Camera, Engine, Film, Grid, Integrator, Light, LightSource, MAX_PIXELS, RenderError,
+    Accelerated, Camera, Engine, Film, Grid, Integrator, Light, LightSource, MAX_PIXELS, Probe, RenderError,
     Settings, View, Walk, World, primary, render, survey,
 };
 use glam::DVec3;
@@ -322,6 +322,23 @@ fn depth_and_normals_are_linear_in_bytes() {
     assert_eq!(bytes(View::Depth)[..3], [0, 0, 0]);
     let cost = bytes(View::Cost);
     assert!(cost[middle] > cost[0], "a hit costs more than a miss");
+}
+
+#[test]
+fn what_a_picture_of_costs_counts_is_what_its_rays_cost_alone() {
+    let graph = tower(5.0);
+    let boxes = chain(&graph, &Limits::default()).unwrap();
+    let accelerated = Accelerated::new(&graph, &exact(&graph, &Limits::default()).unwrap(), 0).unwrap();
+    let camera = world(&graph, &boxes).camera;
+    let close = Camera { eye: camera.eye.lerp(camera.target, 0.8), ..camera };
+    for engine in [Engine::Reference(&graph, Some(&boxes)), Engine::Fast(&accelerated)] {
+        let world = World { engine, camera: close, lights: Vec::new(), ..world(&graph, &boxes) };
+        let settings = Settings { view: View::Cost, ..SETTINGS };
+        let (_, counted) = render(&world, &settings, &|_| {}).unwrap();
+        let probes = survey(&world, settings.width, settings.height).unwrap();
+        let tests = |probe: &Probe| u64::from(probe.box_tests) + u64::from(probe.primitive_tests);
+        assert_eq!(counted.tests(), probes.iter().map(tests).sum::<u64>());
+    }
 }
 
 #[test]
