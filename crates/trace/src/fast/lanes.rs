@@ -60,9 +60,8 @@ impl Vectors {
 
     #[inline(always)]
     pub(crate) fn set(&mut self, lane: usize, vector: DVec3) {
-        for axis in 0..3 {
-            self.0[axis].0[lane] = vector[axis];
-        }
+        let [x, y, z] = &mut self.0;
+        (x.0[lane], y.0[lane], z.0[lane]) = vector.into();
     }
 
     #[inline(always)]
