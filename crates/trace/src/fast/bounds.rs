@@ -6,6 +6,8 @@ use csg_graph::{EvalError, Graph, Primitive, State};
 use csg_graph_bounds::{Aabb, BoundsError, Envelope, Envelopes, ExactBoxes, Shape};
 use glam::{DAffine3, DVec3};
 
+use super::slabs::{DIAGONALS, Reach};
+
 /// What is known of the extent of all states.
 pub enum StateBounds {
     /// The exact boxes of states that are all listed.
@@ -79,23 +81,45 @@ impl Bounds<'_> {
             return Aabb::EMPTY;
         }
         let outer = extent.aabb.image(above_from_state);
-        let rows = above_from_state.matrix3.transpose();
-        let translation = above_from_state.translation;
-        let reach = |direction: DVec3, offset: f64, outer: f64| {
-            let support = match primitive {
-                Some(primitive) => primitive.support(direction),
-                None => self.support(state, extent, direction),
-            };
-            // Well within the padding of trees, and more than is rounded here.
-            let reach = offset + support;
-            (reach + (offset.abs() + support.abs()) * 1e-14).min(outer)
-        };
+        let reach = |direction| self.image_support(state, extent, primitive, above_from_state, direction);
         let mut exact = outer;
-        for axis in 0..3 {
-            exact.max[axis] = reach(rows.col(axis), translation[axis], outer.max[axis]);
-            exact.min[axis] = -reach(-rows.col(axis), -translation[axis], -outer.min[axis]);
+        for (axis, direction) in DVec3::AXES.into_iter().enumerate() {
+            exact.max[axis] = reach(direction).min(outer.max[axis]);
+            exact.min[axis] = -reach(-direction).min(-outer.min[axis]);
         }
         exact
+    }
+
+    /// How far the same reaches along the diagonals.
+    pub(super) fn slabs(
+        &self,
+        state: &State,
+        extent: &Extent,
+        primitive: Option<&Primitive>,
+        above_from_state: &DAffine3,
+    ) -> Reach {
+        let reach = |direction| self.image_support(state, extent, primitive, above_from_state, direction);
+        Reach { least: DIAGONALS.map(|diagonal| -reach(-diagonal)), most: DIAGONALS.map(reach) }
+    }
+
+    /// The support of an image.
+    fn image_support(
+        &self,
+        state: &State,
+        extent: &Extent,
+        primitive: Option<&Primitive>,
+        above_from_state: &DAffine3,
+        direction: DVec3,
+    ) -> f64 {
+        let offset = above_from_state.translation.dot(direction);
+        let direction_in_state = above_from_state.matrix3.transpose() * direction;
+        let support = match primitive {
+            Some(primitive) => primitive.support(direction_in_state),
+            None => self.support(state, extent, direction_in_state),
+        };
+        // Well within the padding of trees, and more than is rounded here.
+        let reach = offset + support + (offset.abs() + support.abs()) * 1e-14;
+        if reach.is_nan() { f64::INFINITY } else { reach }
     }
 
     /// Whether what is known of a state is common to all that differ by chance alone. It has been known before then; where

@@ -29,6 +29,7 @@ use super::detail::Part;
 use super::lists::{Lists, SHORTEST};
 use super::look::Looks;
 use super::sample::Sample;
+use super::slabs::{self, Slabs};
 use super::states::{Kind, Paint, Place, Resolved, States};
 use super::tree::{self, Child, Node};
 use super::unions::Unions;
@@ -38,6 +39,8 @@ use super::unions::Unions;
 pub(super) struct Compiled {
     pub(super) supers: Vec<SuperNode>,
     pub(super) nodes: Vec<Node>,
+    /// What nodes have beside the boxes of their children.
+    pub(super) slabs: Vec<Slabs>,
     pub(super) items: Vec<Item>,
     pub(super) shapes: Vec<Primitive>,
     pub(super) solids: Vec<Solid>,
@@ -115,6 +118,9 @@ pub(super) enum Content {
 /// What an item takes with its share of the tree.
 pub(super) const BYTES: usize = size_of::<Item>() + size_of::<Node>() / 5;
 
+/// And what slabs add to that.
+const SLAB_BYTES: usize = size_of::<Slabs>() / 4;
+
 impl Compiled {
     /// Compiles a whole graph within a budget of bytes, as far as the number of states allows.
     pub(super) fn whole(graph: &Graph, bounds: Bounds<'_>, budget: usize) -> Result<Self, EvalError> {
@@ -125,7 +131,8 @@ impl Compiled {
         loop {
             // A try is given up as soon as it does not fit, so that all of them cost about as much as the last.
             if let Some(lists) = Lists::whole(&mut states, &root, length, affordable)? {
-                return Self::close(lists, &states, None);
+                let has_slabs = lists.total * (BYTES + SLAB_BYTES) <= budget;
+                return Self::close(lists, &states, None, has_slabs);
             }
             length = (length / 2).max(SHORTEST);
         }
@@ -142,7 +149,7 @@ impl Compiled {
         // The items, and the unions above them.
         let mut states = States::new(graph, unions, bounds, 2 * granularity.length);
         let root = states.place(state)?;
-        Self::close(Lists::block(&mut states, &root, granularity.length)?, &states, Some(granularity))
+        Self::close(Lists::block(&mut states, &root, granularity.length)?, &states, Some(granularity), false)
     }
 
     /// Opens all boxes.
@@ -151,6 +158,7 @@ impl Compiled {
             let [lower, upper] = [f32::NEG_INFINITY, f32::INFINITY].map(|plane| [plane; tree::WIDTH]);
             node.planes = [lower, lower, lower, upper, upper, upper];
         }
+        self.slabs.clear();
         for ball in &mut self.supers {
             ball.reach = f64::INFINITY;
         }
@@ -159,10 +167,10 @@ impl Compiled {
 
     /// The memory that it takes for rays; what is looked up for hits alone is not counted.
     pub(super) fn bytes(&self) -> usize {
-        let Self { supers, nodes, items, shapes, solids, parts, looks, gates: _, paints: _, symbols: _ } =
-            self;
+        let Self { supers, nodes, slabs, items, shapes, solids, parts, looks, .. } = self;
         size_of_val(&**supers)
             + size_of_val(&**nodes)
+            + size_of_val(&**slabs)
             + size_of_val(&**items)
             + shapes.iter().map(Primitive::bytes).sum::<usize>()
             + size_of_val(&**solids)
@@ -189,15 +197,23 @@ impl Compiled {
     }
 
     /// Gives all entries their exact boxes and each list its tree: of all there is, or of a block of some granularity, which
-    /// may be a part of what never ends.
-    fn close(lists: Lists, states: &States<'_>, granularity: Option<Granularity>) -> Result<Self, EvalError> {
+    /// may be a part of what never ends. Slabs are for where lists leave room.
+    fn close(
+        lists: Lists,
+        states: &States<'_>,
+        granularity: Option<Granularity>,
+        has_slabs: bool,
+    ) -> Result<Self, EvalError> {
         let Lists { lists, supers, numbers, solids, .. } = lists;
         let mut compiled = Self { solids, ..Self::default() };
         let mut gates: FxHashMap<u32, u32> = FxHashMap::default();
         let mut painted: FxHashMap<SmallVec<[(AttributeTerm, u64); 3]>, u32> = FxHashMap::default();
         for (clip, list) in lists {
-            let first = compiled.items.len();
+            let (first, first_node) = (compiled.items.len(), compiled.nodes.len());
             let mut boxes = Vec::with_capacity(list.len());
+            // What operators ask of their operands is not asked by way of slabs.
+            let has_slabs = has_slabs && clip == Aabb::ALL;
+            let mut reaches = Vec::with_capacity(if has_slabs { list.len() } else { 0 });
             compiled.items.reserve(list.len());
             compiled.symbols.reserve(list.len());
             for place in list {
@@ -211,6 +227,9 @@ impl Compiled {
                     continue;
                 }
                 boxes.push(bounds);
+                if has_slabs {
+                    reaches.push(states.slabs(&place)?);
+                }
                 let Resolved { state, kind, .. } = states.get(&place);
                 let content = match kind {
                     Kind::Primitive(primitive) => Content::Shape(shape(&mut compiled.shapes, primitive)),
@@ -242,7 +261,12 @@ impl Compiled {
                 [Item { content: Content::Solid(_), .. }] => granularity.is_some(),
                 _ => false,
             };
-            compiled.supers.push(super_node(&mut boxes, first, leads_on, &mut compiled.nodes));
+            let ball = super_node(&mut boxes, first, leads_on, &mut compiled.nodes);
+            if has_slabs {
+                reaches.iter_mut().for_each(|reach| *reach = reach.in_unit(ball.center, ball.to_unit));
+                slabs::add(&mut compiled.nodes, first_node, first, &reaches, &mut compiled.slabs);
+            }
+            compiled.supers.push(ball);
         }
         compiled.shrink();
         Ok(compiled)
@@ -250,12 +274,14 @@ impl Compiled {
 
     /// Gives back memory that was asked for and is not used.
     fn shrink(&mut self) {
-        let Self { supers, nodes, items, shapes, solids, gates, parts: _, looks: _, paints, symbols } = self;
+        let Self { supers, nodes, slabs, items, shapes, solids, gates, parts: _, looks: _, paints, symbols } =
+            self;
         if symbols.iter().all(Option::is_none) {
             symbols.clear();
         }
         supers.shrink_to_fit();
         nodes.shrink_to_fit();
+        slabs.shrink_to_fit();
         items.shrink_to_fit();
         shapes.shrink_to_fit();
         solids.shrink_to_fit();

@@ -13,6 +13,7 @@
 use super::compile::SuperNode;
 use super::hits::{ROOT, START};
 use super::lanes::{HALF, LANES, Lanes, Mask, Rays, bits};
+use super::slabs::Diagonals;
 use crate::Ray;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, SimdNarrow, f32x16, f64x8, mask32x16};
 use glam::{DVec3, Vec3A};
@@ -24,7 +25,7 @@ pub(super) const DRIFT: f64 = 1.0 / (1_u64 << 46) as f64;
 const FUDGE: f32 = 1.0 / (1 << 20) as f32;
 
 /// Components of directions are at least this, so that none has an infinite inverse.
-const LEAST: f32 = 1e-18;
+pub(super) const LEAST: f32 = 1e-18;
 
 /// What boxes are tested with: the line of a ray, or of all rays that are close to one.
 #[derive(Clone, Copy, Debug)]
@@ -126,6 +127,18 @@ impl Narrow {
     /// The ray in the frame of a super-node of a block, unless it misses its ball.
     #[inline(always)]
     pub(super) fn new(ray: Ray, ball: &SuperNode, block: u32, way: u32) -> Option<Self> {
+        Self::with_diagonals(ray, ball, block, way, false).map(|(narrow, _)| narrow)
+    }
+
+    /// The same, and its line in coordinates along the diagonals, if that is wanted.
+    #[inline(always)]
+    pub(super) fn with_diagonals(
+        ray: Ray,
+        ball: &SuperNode,
+        block: u32,
+        way: u32,
+        is_wanted: bool,
+    ) -> Option<(Self, Option<Diagonals>)> {
         let from_center = ray.origin - ball.center;
         let by_squared_length = 1.0 / ray.direction.length_squared();
         let base = -from_center.dot(ray.direction) * by_squared_length;
@@ -138,9 +151,12 @@ impl Narrow {
         let [rate, by_rate] = power_below_root(ball.radius * ball.radius * by_squared_length);
         let origin = (closest * ball.to_unit).as_vec3a();
         let direction = (ray.direction * (rate * ball.to_unit)).as_vec3a();
-        let line = Line::new(origin, direction, Vec3A::splat(narrow(drift * ball.to_unit)));
+        let slack = narrow(drift * ball.to_unit);
+        let line = Line::new(origin, direction, Vec3A::splat(slack));
         let start = narrow(-base * by_rate);
-        Some(Self { ray, base, rate, by_rate, line, start: start - start.abs() * FUDGE, block, way })
+        let start = start - start.abs() * FUDGE;
+        let diagonals = if is_wanted { Some(Diagonals::new(origin, direction, slack)) } else { None };
+        Some((Self { ray, base, rate, by_rate, line, start, block, way }, diagonals))
     }
 
     /// The ray for a super-node of one item, which has no boxes to test.

@@ -30,7 +30,7 @@ pub(super) struct Lists {
     pub(super) numbers: FxHashMap<u32, u32>,
     pub(super) solids: Vec<Solid>,
     /// How many places there are together.
-    total: usize,
+    pub(super) total: usize,
     /// How many the lists that wait will have at least.
     due: usize,
     waiting: VecDeque<(Aabb, Vec<Place>)>,

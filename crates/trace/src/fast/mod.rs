@@ -38,6 +38,7 @@ mod resolve;
 pub(crate) mod sample;
 mod shapes;
 mod single;
+mod slabs;
 mod solid;
 pub(crate) mod states;
 mod survey;

@@ -10,6 +10,7 @@ use super::frame::{Line, Narrow};
 use super::held::Held;
 use super::hits::{Place, ROOT, START};
 use super::lanes::transform;
+use super::slabs::Diagonals;
 use super::tree::{Child, Node, WIDTH};
 use crate::Ray;
 use crate::shapes::{self, Extents};
@@ -22,11 +23,19 @@ pub(super) struct Open {
     pub(super) level: u32,
 }
 
+/// The ray in a super-node.
+#[derive(Clone, Copy, Debug)]
+struct Level {
+    narrow: Narrow,
+    /// None where it comes from a packet: many have less left to do there than these take.
+    diagonals: Option<Diagonals>,
+}
+
 /// The memory of single rays.
 #[derive(Debug, Default)]
 pub(super) struct Single {
     /// The ray in the super-nodes that it is in, one inside of the other.
-    levels: Vec<Narrow>,
+    levels: Vec<Level>,
     stack: Vec<Open>,
 }
 
@@ -41,7 +50,7 @@ impl Single {
         (narrow, child): (Narrow, Child),
     ) {
         self.stack.clear();
-        self.set_level(0, narrow);
+        self.set_level(0, Level { narrow, diagonals: None });
         let mut block = inquiry.held.block(narrow.block);
         let (mut level, mut changes) = (0, inquiry.hits.changes);
         let mut end = narrow.end(inquiry.hits.t.0[lane]);
@@ -49,11 +58,11 @@ impl Single {
         loop {
             if open.level != level || inquiry.hits.changes != changes {
                 (level, changes) = (open.level, inquiry.hits.changes);
-                let narrow = &self.levels[level as usize];
+                let narrow = &self.levels[level as usize].narrow;
                 (block, end) = (inquiry.held.block(narrow.block), narrow.end(inquiry.hits.t.0[lane]));
             }
             if open.near <= end {
-                let narrow = &self.levels[level as usize];
+                let Level { narrow, diagonals } = &self.levels[level as usize];
                 let t = narrow.t(open.near);
                 let next = match open.child.get() {
                     _ if DETAIL && inquiry.is_small(block, narrow.way, open.child, t) => {
@@ -63,11 +72,19 @@ impl Single {
                     Err(node) => {
                         let node = &block.nodes[node];
                         inquiry.work.boxes += u64::from(node.count);
-                        let (near, met) = met(simd, node, &narrow.line, narrow.start, end);
+                        let (between, mut met) = crossed(simd, node, &narrow.line, narrow.start, end);
+                        if !DETAIL
+                            && met != 0
+                            && let Some(diagonals) = diagonals
+                            && let Some(slabs) = block.slabs.get(node.slabs as usize)
+                        {
+                            met = slabs.met(simd, diagonals, between, met);
+                        }
+                        let [near, _] = between;
                         nearest(&mut self.stack, node, near, met, level)
                     }
                     Ok(at) => {
-                        let below = self.ask(simd, inquiry, block, lane, level, at);
+                        let below = self.ask::<S, DETAIL>(simd, inquiry, block, lane, level, at);
                         below.map(|child| Open { near: f32::NEG_INFINITY, child, level: level + 1 })
                     }
                 };
@@ -83,7 +100,7 @@ impl Single {
 
     /// Asks an item about the ray. What is below a super-node is to be looked at next, at the next level.
     #[inline(always)]
-    fn ask<S: Simd>(
+    fn ask<S: Simd, const DETAIL: bool>(
         &mut self,
         simd: S,
         inquiry: &mut Inquiry<'_>,
@@ -92,7 +109,7 @@ impl Single {
         level: u32,
         at: usize,
     ) -> Option<Child> {
-        let narrow = &self.levels[level as usize];
+        let narrow = &self.levels[level as usize].narrow;
         let item = &block.items[at];
         let place = Place::new(narrow.way, at);
         match item.content {
@@ -100,8 +117,10 @@ impl Single {
                 let (number, below) = inquiry.held.inside(narrow.block, item.content)?;
                 let ray = transform(&narrow.ray, &item.item_from_super);
                 let root = below.root?;
-                let narrow = Narrow::new(ray, below, number, inquiry.hits.enter(place, block, number))?;
-                self.set_level(level as usize + 1, narrow);
+                let way = inquiry.hits.enter(place, block, number);
+                let has_slabs = !DETAIL && !block.slabs.is_empty();
+                let (narrow, diagonals) = Narrow::with_diagonals(ray, below, number, way, has_slabs)?;
+                self.set_level(level as usize + 1, Level { narrow, diagonals });
                 return Some(root);
             }
             Content::Solid(solid) => inquiry.ask_solid(simd, lane, &narrow.ray, solid, place),
@@ -118,11 +137,11 @@ impl Single {
 
     /// Replaces what was at a level. Written in place: copying what has just been written is slow.
     #[inline(always)]
-    fn set_level(&mut self, level: usize, narrow: Narrow) {
-        if self.levels.len() == level {
-            self.levels.push(Narrow::EMPTY);
+    fn set_level(&mut self, at: usize, level: Level) {
+        if self.levels.len() == at {
+            self.levels.push(Level { narrow: Narrow::EMPTY, diagonals: None });
         }
-        self.levels[level] = narrow;
+        self.levels[at] = level;
     }
 
     /// A ray at the root.

@@ -16,6 +16,7 @@ use rustc_hash::{FxBuildHasher, FxHashMap};
 use smallvec::SmallVec;
 
 use super::bounds::{Bounds, Extent};
+use super::slabs::Reach;
 use super::unions::Unions;
 
 /// The most S-nodes that may follow each other without an operator. Where all states are listed there are never as many.
@@ -298,8 +299,20 @@ impl<'a> States<'a> {
     pub(crate) fn exact_box(&self, place: &Place) -> Result<Aabb, EvalError> {
         let Resolved { state, kind, .. } = self.get(place);
         let extent = self.extent(place.target)?;
-        let primitive = if let Kind::Primitive(primitive) = kind { Some(primitive) } else { None };
-        Ok(self.bounds.image(state, extent, primitive, &place.above_from_target))
+        Ok(self.bounds.image(state, extent, kind.primitive(), &place.above_from_target))
+    }
+
+    /// How far a place reaches along the diagonals of the frame above: eight supports more.
+    pub(super) fn slabs(&self, place: &Place) -> Result<Reach, EvalError> {
+        let Resolved { state, kind, .. } = self.get(place);
+        let extent = self.extent(place.target)?;
+        Ok(self.bounds.slabs(state, extent, kind.primitive(), &place.above_from_target))
+    }
+}
+
+impl Kind {
+    fn primitive(&self) -> Option<&Primitive> {
+        if let Self::Primitive(primitive) = self { Some(primitive) } else { None }
     }
 }
 

@@ -97,6 +97,29 @@ fn all_levels_of_vector_instructions_measure_and_meet_small_parts_alike() {
     });
 }
 
+/// A tetrahedron of balls fills a third of its box.
+#[test]
+fn slabs_save_work_and_change_no_hit() {
+    let source = "{ n = 20; } S S(n>0) -> {n = n - 1} uscale(0.5) \
+        (move(1,1,1) S | move(1,-1,-1) S | move(-1,1,-1) S | move(-1,-1,1) S) S(n==0) -> sphere";
+    let graph = csg_graph_grammar::load(source, &[]).expect("a scene").scene.graph;
+    let boxes = exact(&graph, &Limits::default()).unwrap();
+    let with_slabs = Compiled::whole(&graph, Bounds::Exact(&boxes), 1 << 18).unwrap();
+    assert!(!with_slabs.slabs.is_empty() && with_slabs.bytes() <= 1 << 18);
+    let mut without = Compiled::whole(&graph, Bounds::Exact(&boxes), 1 << 18).unwrap();
+    without.slabs.clear();
+    let [(hits, counted), (expected, all)] = [with_slabs, without].map(|compiled| {
+        let (blocks, level) = (Blocks::Whole(Arc::new(compiled)), Level::new());
+        let scene = Accelerated { blocks, detail: 0.0, level };
+        let mut tracer = scene.tracer();
+        let hits: Vec<_> = packets().flatten().map(|ray| tracer.nearest(&ray)).collect();
+        (hits, tracer.take_counters())
+    });
+    assert!(hits == expected);
+    assert!(10 * counted.box_tests < 9 * all.box_tests, "{counted:?} of {all:?}");
+    assert!(4 * counted.primitive_tests < 3 * all.primitive_tests, "{counted:?} of {all:?}");
+}
+
 #[test]
 fn rays_reach_as_far_as_their_hits_and_are_counted_once() {
     let graph = tower(PrimitiveKind::Cone);

@@ -14,7 +14,7 @@ use glam::DVec3;
 pub(super) const WIDTH: usize = 8;
 
 /// How far boxes are padded, in units of the super-node's radius.
-const PADDING: f64 = 1.0 / (1 << 20) as f64;
+pub(super) const PADDING: f64 = 1.0 / (1 << 20) as f64;
 
 /// Bins of the surface area heuristic.
 const BINS: usize = 16;
@@ -33,6 +33,8 @@ pub(super) struct Node {
     pub(super) count: u32,
     /// The diagonal of all of it in the frame of the super-node, if rays may see how large it is.
     pub(super) size: f32,
+    /// The slabs of its children: their place among all, if there are any.
+    pub(super) slabs: u32,
     /// How many of the rays through it are stopped: its place among the covers, if that was measured.
     pub(super) cover: u32,
 }
@@ -242,6 +244,7 @@ impl Node {
         children: [Child(0); WIDTH],
         count: 0,
         size: f32::INFINITY,
+        slabs: u32::MAX,
         cover: u32::MAX,
     };
 
