@@ -249,3 +249,17 @@ fn what_leaves_the_range_of_numbers_is_missed() {
         }
     }
 }
+
+#[test]
+fn a_frustum_flat_as_a_sheet_has_no_holes() {
+    for top in [1e3, 1e6, 1e9, 1e12] {
+        for (x, y) in (-9..=9).flat_map(|x| (-9..=9).map(move |y| (f64::from(x), f64::from(y)))) {
+            // Within the disc at z = 1, seen from outside of its rim and above.
+            let target = DVec3::new(0.07 * top * x, 0.07 * top * y, 1.0);
+            let origin = DVec3::new(3.0, 1.0, 2.0) * top;
+            let ray = Ray { origin, direction: target - origin };
+            let found = ends(&Primitive::Frustum { top }, &ray);
+            assert!(found.first().is_some_and(|(t, _)| (t - 1.0).abs() < 1e-9), "{top} {x} {y}: {found:?}");
+        }
+    }
+}

@@ -36,7 +36,14 @@ fn side(ray: &Ray, slope: f64) -> Option<Span> {
         // Along the axis of a frustum that is a cylinder, or in a plane tangent to the cone.
         return (c < 0.0).then_some(Span::LINE);
     }
-    let discriminant = b * b - a * c;
+    let discriminant = if slope.abs() <= 1.0 {
+        b * b - a * c
+    } else {
+        // The flatter the cone, the more of radius²·growth² is in both products. Without it: what is left is how far the
+        // line passes the axis, in the plane through the apex and altogether.
+        let (at_apex, past) = (p.xy() * growth - d.xy() * radius, p.xy().perp_dot(d.xy()));
+        at_apex.length_squared() - past * past
+    };
     // A steeper line passes the apex at worst: its discriminant is below 0 only by rounding.
     let meets = discriminant > 0.0 || a < 0.0;
     if !meets {
