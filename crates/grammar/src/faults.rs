@@ -102,6 +102,12 @@ impl Evaluation<'_> {
         let (least, most) = term.range().into_inner();
         let message = format!("`{}` of `{}` is {}", term.name(), self.name, Number(value));
         match term {
+            AttributeTerm::Red | AttributeTerm::Green | AttributeTerm::Blue if value > most => self
+                .error(format!("{message}, which is not from {least} to {most}"), "out of range")
+                .help(
+                    "it is the part of the light that the surface gives back, at most all of it: 1, not 255; `clamp(…, 0, 1)` \
+                     keeps a value in range, and light of its own is `material(emission = …)`",
+                ),
             _ if most.is_finite() => self
                 .error(format!("{message}, which is not from {least} to {most}"), "out of range")
                 .help(format!("`clamp(…, {least}, {most})` keeps a value in range")),

@@ -136,7 +136,7 @@ impl AttributeTerm {
     /// The values that it may have: not negative, and for some terms less than that.
     pub fn range(self) -> RangeInclusive<f64> {
         match self {
-            Self::Metal | Self::Roughness | Self::Glass => 0.0..=1.0,
+            Self::Red | Self::Green | Self::Blue | Self::Metal | Self::Roughness | Self::Glass => 0.0..=1.0,
             Self::Ior => 1.0..=f64::INFINITY,
             _ => 0.0..=f64::INFINITY,
         }

@@ -9,8 +9,8 @@ fn an_exr_file_has_what_every_pixel_shows_in_layers() {
     use exr::prelude::*;
 
     let folder = tempfile::tempdir().unwrap();
-    let bowl = "{ r = 0.5; } material(ambient = 1, diffuse = 0) (color(2, 0.5, 0.25) cube \\ move(0, 0, 1) uscale(r) ball)\n\
-                ball = color(0.125, 0.5, 1) sphere\n\
+    let bowl = "{ r = 0.5; } material(ambient = 2, diffuse = 0) (color(1, 0.25, 0.125) cube \\ move(0, 0, 1) uscale(r) ball)\n\
+                ball = color(0.0625, 0.25, 0.5) sphere\n\
                 camera { eye = (0, 0, 5); target = (0, 0, 0); up = (0, 1, 0); fov = 60; }";
     fs::write(folder.path().join("bowl.pcsg"), bowl).unwrap();
     // The walk tests the boxes of the solid's parts; the fast engine has none to test in a single solid.
