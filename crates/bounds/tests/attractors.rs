@@ -422,6 +422,19 @@ fn attractors_of_the_literature() {
     }
 }
 
+#[test]
+fn a_single_way_without_an_end_leads_nowhere() {
+    assert_eq!(boxes(&sierpinski()).leads_nowhere(), None, "an attractor needs no shape");
+    let cube = Aabb { min: -DVec3::ONE, max: DVec3::ONE };
+    let half = |symbol| (similar(0.5, [1.0, 0.0, 0.0]), symbol);
+    // The first symbol leads to the second, and that to itself.
+    let ifs = |shapes| Ifs { symbols: vec![vec![half(0), half(1)], vec![half(1)]], shapes };
+    assert_eq!(boxes(&ifs(vec![Some(cube), None])).leads_nowhere(), Some(&Place::Symbol(1)));
+    assert_eq!(boxes(&ifs(vec![None, Some(cube)])).leads_nowhere(), None);
+    let ends = Ifs { symbols: vec![vec![half(1)], vec![]], shapes: vec![None, Some(cube)] };
+    assert_eq!(boxes(&ends).leads_nowhere(), None);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
 

@@ -106,14 +106,32 @@ pub struct SceneArgs {
     /// The most states to list
     ///
     /// Of a scene with more, check tells how large it may be, and the fast engine traces it without a list.
-    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = csg_graph::Limits::default().states, value_parser = whole::<usize>(0..=u64::MAX))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = csg_graph::Limits::default().states, value_parser = whole::<usize>(1..=u64::MAX))]
     pub max_states: usize,
 }
 
 impl SceneArgs {
     /// All assignments to initial parameters, of which the last to a parameter counts.
-    pub(crate) fn assignments(&self) -> Vec<String> {
-        self.set.iter().cloned().chain(self.seed.map(|seed| format!("seed={seed}"))).collect()
+    pub(crate) fn assignments(&self) -> Vec<Setting> {
+        let set = self.set.iter().map(|text| Setting { option: "--set", text: text.clone() });
+        let seed = self.seed.map(|seed| Setting { option: "--seed", text: format!("seed={seed}") });
+        set.chain(seed).collect()
+    }
+}
+
+/// An assignment to an initial parameter.
+#[derive(Clone, Debug)]
+pub(crate) struct Setting {
+    /// The option that makes it.
+    pub(crate) option: &'static str,
+    /// `NAME=EXPR`
+    pub(crate) text: String,
+}
+
+impl Setting {
+    /// The parameter that it sets.
+    pub(crate) fn name(&self) -> &str {
+        self.text.split('=').next().unwrap_or_default().trim()
     }
 }
 
@@ -156,7 +174,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FACTOR", allow_hyphen_values = true, value_parser = zoom_factor)]
     pub zoom: Option<f64>,
     /// Threads; without it, one a core. The picture is the same for any number
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole::<u32>(1..=4096))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole::<u32>(1..=1024))]
     pub threads: Option<u32>,
     /// What the picture shows
     #[arg(long, value_enum, default_value_t)]

@@ -57,7 +57,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
     }
     let (width, height) = (args.size.width, args.size.height);
     let settings = Settings { width, height, samples: 1, ..Settings::default() };
-    let mut stage = Stage::set(&loaded, plan, &settings, false)?;
+    let mut stage = Stage::set(&loaded, plan, &settings, false, args.engine.memory)?;
     let pool = stage.threads(args.threads)?;
     if let Some(factor) = args.zoom {
         pool.install(|| stage.zoom(factor))?;
@@ -81,7 +81,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
     let primary_cpu_s = median(primary_times.iter().map(|time| time.cpu));
     let report = Report {
         scene: loaded.name.clone(),
-        set: loaded.set.clone(),
+        set: loaded.set().map(str::to_owned).collect(),
         zoom: args.zoom,
         engine: stage.prepared.kind().to_string(),
         width,
@@ -132,7 +132,7 @@ struct Measured {
 fn measure(loaded: &Loaded, plan: Plan, size: Size, args: &BenchArgs) -> Result<Measured, Failure> {
     let Size { width, height } = size;
     let settings = Settings { width, height, samples: 1, ..Settings::default() };
-    let stage = Stage::set(loaded, plan, &settings, false)?;
+    let stage = Stage::set(loaded, plan, &settings, false, args.engine.memory)?;
     let pool = stage.threads(args.threads)?;
     let world = stage.world();
     let mut unshadowed = stage.world();

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use csg_graph::{Analysis, Graph, Node, StatesError, SymbolState};
-use csg_graph_bounds::{Aabb, exact};
+use csg_graph_bounds::Aabb;
 use serde::Serialize;
 
 use crate::args::{CheckArgs, Format};
@@ -95,7 +95,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
 /// may still be one.
 fn vast(args: &CheckArgs, loaded: &Loaded, error: &StatesError, limit: usize) -> Result<(), Failure> {
     let graph = &loaded.scene.graph;
-    let Ok(envelopes) = loaded.envelopes() else { return Err(loaded.failure(error)) };
+    let envelopes = loaded.envelopes()?;
     let root = loaded.refined_box(&envelopes)?;
     if !graph.nodes().any(|(_, node)| node.exprs().iter().any(|expr| expr.is_erratic())) {
         loaded.warn(error);
@@ -133,8 +133,10 @@ fn vast(args: &CheckArgs, loaded: &Loaded, error: &StatesError, limit: usize) ->
 /// A recursion that never ends is a mistake, unless it shrinks to a solid.
 fn endless(args: &CheckArgs, loaded: &Loaded, path: &[SymbolState]) -> Result<(), Failure> {
     let graph = &loaded.scene.graph;
-    let exact = exact(graph, &loaded.bounds_limits());
-    let exact = exact.and_then(|exact| Ok((exact.shrinks(graph)?, exact)));
+    let exact = bounds::exact_boxes(loaded, &loaded.bounds_limits()).and_then(|exact| {
+        let contraction = exact.shrinks(graph).map_err(|error| bounds::failure(loaded, error))?;
+        Ok((contraction, exact))
+    });
     let bounded = exact.as_ref().ok().map(|(contraction, exact)| Bounded {
         node_states: exact.counts.states,
         contraction: *contraction,
@@ -157,7 +159,7 @@ fn endless(args: &CheckArgs, loaded: &Loaded, path: &[SymbolState]) -> Result<()
         (Format::Table, Some(bounded)) => print(endless_table(&report, bounded))?,
         (Format::Table, None) => {}
     }
-    exact.map(drop).map_err(|error| bounds::failure(loaded, error))
+    exact.map(drop)
 }
 
 /// Whether a symbol has a selection function, which was probably meant to end the recursion.

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use csg_graph::{Analysis, BigUint, Graph};
-use csg_graph_bounds::{Aabb, ExactBoxes, HyperBoxes, exact};
+use csg_graph_bounds::{Aabb, ExactBoxes, HyperBoxes};
 use csg_graph_trace::{Accelerated, Engine, Grid, StateBounds};
 
 use crate::args::{BoxesArg, EngineArg, MethodArg, Plan};
@@ -81,7 +81,7 @@ impl<'a> Prepared<'a> {
                 return Err(loaded.refused(reason));
             }
             (Plan::Reference { .. } | Plan::Grid { .. }, Regime::Endless) => {
-                loaded.report_endless();
+                loaded.report_unlisted();
                 return Err(loaded.refused(
                     "only the fast engine can trace what never ends: it does not look into what is too small to be seen",
                 ));
@@ -145,13 +145,16 @@ impl<'a> Prepared<'a> {
 
 /// The boxes of all states, of a solid that can be seen.
 fn exact_boxes(loaded: &Loaded) -> Result<ExactBoxes<Graph>, Failure> {
-    let boxes = exact(&loaded.scene.graph, &loaded.bounds_limits().with_gap(GAP))
-        .map_err(|error| bounds::failure(loaded, error))?;
-    let (size, place) = (boxes.root.size().max_element(), boxes.root.center().length());
-    // A recursion may come to nothing but a point.
-    let is_seen = SIZES.contains(&size) && place < FARTHEST * size;
-    if boxes.root.is_empty() || boxes.endless.is_some() || is_seen {
-        return Ok(boxes);
+    let boxes = bounds::exact_boxes(loaded, &loaded.bounds_limits().with_gap(GAP))?;
+    check_extent(loaded, &boxes.root)?;
+    Ok(boxes)
+}
+
+/// Refuses a solid that is too large, too small, or too far away.
+fn check_extent(loaded: &Loaded, root: &Aabb) -> Result<(), Failure> {
+    let (size, place) = (root.size().max_element(), root.center().length());
+    if root.is_empty() || (SIZES.contains(&size) && place < FARTHEST * size) {
+        return Ok(());
     }
     let reason = format!(
         "the solid is {size:.1e} large and {place:.1e} from the origin, which leaves too few digits to trace it; its size may be from {:.0e} to {:.0e}, and its distance {FARTHEST:.0e} times that",
@@ -172,7 +175,9 @@ fn hyper_boxes(
         bounds::refuse_more_than(max_steps, &analysis.instances, loaded, what)?;
         return Ok(None);
     };
-    bounds::hyper_boxes(method, loaded, analysis, max_steps).map(Some)
+    let boxes = bounds::hyper_boxes(method, loaded, analysis, max_steps)?;
+    check_extent(loaded, &boxes.root)?;
+    Ok(Some(boxes))
 }
 
 /// The paper's algorithm where its work is small beside that of a picture.

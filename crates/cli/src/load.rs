@@ -6,10 +6,10 @@ use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use csg_graph::{Analysis, Limits, StatesError};
-use csg_graph_bounds::{Aabb, Envelopes};
+use csg_graph_bounds::{Aabb, BoundsError, Envelopes};
 use csg_graph_grammar::{Diagnostic, Lowered, Override, Scene, Severity};
 
-use crate::args::SceneArgs;
+use crate::args::{SceneArgs, Setting};
 use crate::{Failure, bounds, output, say};
 
 /// Nodes that are looked at for each face of the box that the camera frames, where the states are too many to be listed.
@@ -29,16 +29,16 @@ pub(crate) struct Loaded {
     pub(crate) limits: Limits,
     path: PathBuf,
     source: String,
-    /// The parameters that were set from outside.
-    pub(crate) set: Vec<String>,
+    /// What sets parameters from outside.
+    settings: Vec<Setting>,
 }
 
 /// Reads a scene and translates it; mistakes and warnings are reported.
 pub(crate) fn load(args: &SceneArgs) -> Result<Loaded, Failure> {
     let source = read(&args.scene)?;
     let name = args.scene.display().to_string();
-    let set = args.assignments();
-    let lowered = lower(&source, &set).map_err(|diagnostics| {
+    let settings = args.assignments();
+    let lowered = lower(&source, &settings).map_err(|diagnostics| {
         report(&name, &source, &diagnostics);
         mistakes(&args.scene, &diagnostics)
     })?;
@@ -46,28 +46,34 @@ pub(crate) fn load(args: &SceneArgs) -> Result<Loaded, Failure> {
     let mut limits = Limits::default();
     limits.states = args.max_states;
     let path = args.scene.clone();
-    Ok(Loaded { scene: lowered.scene, limits, path, name, source, set })
+    Ok(Loaded { scene: lowered.scene, limits, path, name, source, settings })
 }
 
-fn lower(source: &str, set: &[String]) -> Result<Lowered, Vec<Diagnostic>> {
-    let foreign = |mut diagnostics: Vec<Diagnostic>| {
-        let excerpts = diagnostics.iter_mut().filter_map(|diagnostic| diagnostic.excerpt.as_mut());
-        excerpts.for_each(|excerpt| excerpt.name = "--set".to_owned());
-        diagnostics
-    };
-    let overrides: Result<Vec<_>, _> = set.iter().map(|set| Override::parse(set)).collect();
-    overrides.and_then(|overrides| csg_graph_grammar::load(source, &overrides)).map_err(foreign)
+fn lower(source: &str, settings: &[Setting]) -> Result<Lowered, Vec<Diagnostic>> {
+    let overrides = settings.iter().map(|setting| Override::parse_from(setting.option, &setting.text));
+    csg_graph_grammar::load(source, &overrides.collect::<Result<Vec<_>, _>>()?)
 }
 
 impl Loaded {
-    /// The same scene with another value of one parameter, or the mistakes that this makes, which are not reported.
+    /// The same scene at another value of a sweep, or the mistakes that this makes, which are not reported.
     pub(crate) fn varied(&self, name: &str, value: impl Display) -> Result<Self, Vec<Diagnostic>> {
-        let is_other = |set: &&String| set.split('=').next().is_none_or(|set| set.trim() != name);
-        let mut set: Vec<String> = self.set.iter().filter(is_other).cloned().collect();
-        set.push(format!("{name}={value}"));
-        let scene = lower(&self.source, &set)?.scene;
+        let mut settings = self.settings.clone();
+        settings.retain(|setting| setting.name() != name);
+        settings.push(Setting { option: "--sweep", text: format!("{name}={value}") });
+        let scene = lower(&self.source, &settings)?.scene;
         let (path, source) = (self.path.clone(), self.source.clone());
-        Ok(Self { scene, name: self.name.clone(), limits: self.limits, path, source, set })
+        Ok(Self { scene, name: self.name.clone(), limits: self.limits, path, source, settings })
+    }
+
+    /// The parameters that were set from outside, each as `NAME=EXPR`.
+    pub(crate) fn set(&self) -> impl Iterator<Item = &str> {
+        self.settings.iter().map(|setting| setting.text.as_str())
+    }
+
+    /// The options of a command that set the same parameters but one, each with a space before it.
+    pub(crate) fn options_without(&self, name: &str) -> String {
+        let others = self.settings.iter().filter(|setting| setting.name() != name);
+        others.map(|setting| format!(" --set {}", setting.text.replace(' ', ""))).collect()
     }
 
     /// Reports mistakes.
@@ -97,21 +103,26 @@ impl Loaded {
         match self.scene.graph.analyse(&self.limits) {
             Ok(analysis) => Ok(Some(analysis)),
             Err(StatesError::Endless { .. }) => Ok(None),
-            Err(error) => Err(self.failure(&error)),
+            Err(error) => Err(self.failure_to_list(&error)),
         }
     }
 
     /// Bounds for states that are too many to be listed.
     pub(crate) fn envelopes(&self) -> Result<Envelopes, Failure> {
+        const ANYWHERE: &str =
+            "it has more states than are listed, and without a list its parts may be anywhere";
         let envelopes = Envelopes::new(self.scene.graph.clone(), &self.bounds_limits());
-        let root =
-            envelopes.of(&self.scene.graph.root_state()).map_err(|error| bounds::failure(self, error))?;
-        if !root.aabb().is_bounded() {
-            return Err(self.refused(
-                "it has more states than are listed, and without a list its parts may be anywhere; raise --max-states",
-            ));
-        }
-        Ok(envelopes)
+        let reason = match envelopes.of(&self.scene.graph.root_state()) {
+            Ok(root) if root.aabb().is_bounded() => return Ok(envelopes),
+            Ok(_) => format!("{ANYWHERE}; raise --max-states"),
+            Err(BoundsError::Endless { cycle, round }) => {
+                let symbol = cycle.first().map_or("it", String::as_str);
+                format!("{ANYWHERE}: {symbol} leads back to itself and {round}; raise --max-states")
+            }
+            Err(error) => return Err(bounds::failure(self, error)),
+        };
+        self.report_unlisted();
+        Err(self.refused(reason))
     }
 
     /// The box of a scene with envelopes, about as large as a picture of it has to be.
@@ -120,10 +131,12 @@ impl Loaded {
         root.map_err(|error| bounds::failure(self, error))
     }
 
-    /// Points at a recursion that never ends, if there is one.
-    pub(crate) fn report_endless(&self) {
-        if let Err(error @ StatesError::Endless { .. }) = self.scene.graph.analyse(&self.limits) {
-            report(&self.name, &self.source, &[self.scene.explain(&error)]);
+    /// Points at a recursion that never ends, or at that for which there are too many states, if there is one.
+    pub(crate) fn report_unlisted(&self) {
+        if let Err(error @ (StatesError::Endless { .. } | StatesError::TooMany { .. })) =
+            self.scene.graph.analyse(&self.limits)
+        {
+            report(&self.name, &self.source, &[self.explained(&error, "")]);
         }
     }
 
@@ -135,11 +148,22 @@ impl Loaded {
 
     /// Reports why the states cannot be listed.
     pub(crate) fn failure(&self, error: &StatesError) -> Failure {
+        self.mistakes(&[self.explained(error, "")])
+    }
+
+    /// The same for who wants more than can be said without a list.
+    pub(crate) fn failure_to_list(&self, error: &StatesError) -> Failure {
+        self.mistakes(&[self.explained(error, "; without a list, `pcsg check` tells the box of the whole")])
+    }
+
+    /// Why the states cannot be listed. Of those that are too many, also what else can be done.
+    fn explained(&self, error: &StatesError, or_else: &str) -> Diagnostic {
         let mut diagnostic = self.scene.explain(error);
         if let (StatesError::TooMany { .. }, Some(help)) = (error, &mut diagnostic.help) {
             help.push_str(" with --max-states");
+            help.push_str(or_else);
         }
-        self.mistakes(&[diagnostic])
+        diagnostic
     }
 
     /// The limits for boxes: those of the analysis, which has listed the states before.

@@ -62,22 +62,48 @@ impl Place {
             }
             Ok(found) if found.is_file() => Ok(Self::File(fs::canonicalize(path)?)),
             Ok(_) => Ok(Self::Device),
-            Err(_) => Ok(Self::File(path.to_owned())),
+            Err(_) => end_of_links(path).map(Self::File),
         }
     }
 }
 
-/// Whether two paths lead to the same file.
+/// Where a file will be that is not there yet: where links lead that lead to nothing.
+fn end_of_links(path: &Path) -> io::Result<PathBuf> {
+    /// As many as Linux follows.
+    const MOST: usize = 40;
+    let mut place = path.to_owned();
+    for _ in 0..MOST {
+        match fs::read_link(&place) {
+            // What is relative is so to the folder of the link.
+            Ok(target) => place = place.parent().unwrap_or(Path::new("")).join(target),
+            Err(_) => return Ok(place),
+        }
+    }
+    Err(io::Error::other("it is a link that leads back to itself"))
+}
+
+/// Whether two paths lead to the same file, or will.
 pub(crate) fn is_same(a: &Path, b: &Path) -> bool {
-    a == b || matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
+    let place = |path: &Path| {
+        fs::canonicalize(path).or_else(|_| {
+            let place = end_of_links(path)?;
+            Ok::<_, io::Error>(fs::canonicalize(folder(&place))?.join(place.file_name().unwrap_or_default()))
+        })
+    };
+    a == b || matches!((place(a), place(b)), (Ok(a), Ok(b)) if a == b)
+}
+
+/// The folder that a file is in.
+fn folder(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
 }
 
 /// A temporary file in the same folder, which is removed when it is dropped.
 fn beside(path: &Path) -> io::Result<NamedTempFile> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
+    let folder = folder(path);
     let mut builder = tempfile::Builder::new();
     builder.prefix(".pcsg-").suffix(".part");
     // The usual permissions of a new file, of which the system takes what the user wants to be taken.

@@ -8,7 +8,6 @@ mod stats;
 use std::error::Error;
 use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -17,10 +16,11 @@ use image::{ImageError, ImageFormat, RgbImage};
 use rayon::ThreadPool;
 
 use crate::args::{PictureFormat, Plan, RenderArgs};
+use crate::interrupt::Interrupt;
 use crate::load::{Loaded, load};
 use crate::progress::Bar;
 use crate::stage::Stage;
-use crate::{Failure, interrupt, output, progress, say};
+use crate::{Failure, output, progress, say};
 use checkpoint::Checkpoint;
 use stats::Stats;
 
@@ -37,7 +37,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     args.check_noise()?;
     let path = args.output.clone().unwrap_or_else(|| picture_path(&args.scene.scene));
     let part = checkpoint::path_of(&path);
-    let loaded = load(&args.scene)?;
+    let interrupt = Interrupt::listen().map_err(|error| Failure::refused(&args.scene.scene, error))?;
+    let loaded = interrupt.or_end(|| load(&args.scene))?;
     let outputs = [Some(path.as_path()), args.stats.as_deref(), Some(part.as_path())];
     let outputs: Vec<&Path> = outputs.into_iter().flatten().collect();
     for (index, output) in outputs.iter().enumerate() {
@@ -51,15 +52,18 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
         let reason = "an interrupted render has left it; --resume goes on from there, or remove it";
         return Err(Failure::refused(&part, reason));
     }
-    let work = Work::new(&loaded, args)?;
+    let work = interrupt.or_end(|| Work::new(&loaded, args))?;
     let checkpoint = Checkpoint::new(&part, &work.stage, work.plan, args.zoom, &work.settings);
     let kept = if args.resume { checkpoint.load(&work.settings)? } else { None };
     let mut image = kept.map_or_else(|| work.blank(), Ok)?;
-    let is_complete = work.expose(&mut image, Some(&checkpoint))?;
+    let is_complete = work.expose(&mut image, &interrupt, Some(&checkpoint))?;
     // First what the work took longest for: whoever is impatient may end the rest.
     let kept = if is_complete { Ok(()) } else { checkpoint.save(&image) };
 
     let taken = image.samples_taken();
+    if taken > 0 && image.hits() == 0 {
+        work.stage.warn_of_nothing();
+    }
     let probes = has_layers(args).then(|| work.survey()).transpose()?;
     let stats = work.stats(&image, taken);
     let bytes = match probes {
@@ -92,7 +96,7 @@ pub fn picture(args: &RenderArgs) -> Result<RgbImage, Failure> {
     let loaded = load(&args.scene)?;
     let work = Work::new(&loaded, args)?;
     let mut image = work.blank()?;
-    work.expose(&mut image, None)?;
+    work.expose(&mut image, &Interrupt::default(), None)?;
     Ok(work.shown(&image))
 }
 
@@ -135,7 +139,7 @@ impl<'a> Work<'a> {
     fn new(loaded: &'a Loaded, args: &RenderArgs) -> Result<Self, Failure> {
         let settings = settings(loaded, args);
         let plan = args.engine.plan(args.view)?;
-        let mut stage = Stage::set(loaded, plan, &settings, has_layers(args))?;
+        let mut stage = Stage::set(loaded, plan, &settings, has_layers(args), args.engine.memory)?;
         let pool = stage.threads(args.threads.unwrap_or(0))?;
         if let Some(factor) = args.zoom {
             pool.install(|| stage.zoom(factor))?;
@@ -148,11 +152,13 @@ impl<'a> Work<'a> {
         LatentImage::new(&self.settings).map_err(|error| self.stage.failure(error))
     }
 
-    /// Adds samples to a picture until it is complete or, if there is a place to keep it, someone interrupts. Now and then
-    /// it is kept there.
-    fn expose(&self, image: &mut LatentImage, checkpoint: Option<&Checkpoint>) -> Result<bool, Failure> {
-        let is_interrupted = checkpoint.map_or_else(|| Ok(Arc::default()), |_| interrupt::listen());
-        let is_interrupted = is_interrupted.map_err(|error| self.stage.loaded.refused(error))?;
+    /// Adds samples to a picture until it is complete or someone interrupts. Now and then it is kept, if there is a place.
+    fn expose(
+        &self,
+        image: &mut LatentImage,
+        interrupt: &Interrupt,
+        checkpoint: Option<&Checkpoint>,
+    ) -> Result<bool, Failure> {
         let world = self.stage.world();
         let bar = Bar::new(self.all_samples());
         loop {
@@ -164,10 +170,10 @@ impl<'a> Work<'a> {
                     is_due.store(true, Ordering::Relaxed);
                 }
             };
-            let stop = || is_due.load(Ordering::Relaxed) || is_interrupted.load(Ordering::Relaxed);
+            let stop = || is_due.load(Ordering::Relaxed) || interrupt.is_asked();
             let exposed = self.pool.install(|| image.expose(&world, &stop, &progress));
             let is_complete = exposed.map_err(|error| self.stage.failure(error))?;
-            if is_complete || is_interrupted.load(Ordering::Relaxed) {
+            if is_complete || interrupt.is_asked() {
                 return Ok(is_complete);
             }
             // Without it, a picture can still be made.

@@ -13,7 +13,7 @@ use crate::args::Plan;
 use crate::engine::Prepared;
 use crate::load::Loaded;
 use crate::regime::Regime;
-use crate::{Failure, bounds};
+use crate::{Failure, bounds, say};
 
 /// A scene ready to be rendered.
 pub(crate) struct Stage<'a> {
@@ -27,26 +27,27 @@ pub(crate) struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    /// Analyses the scene and makes an engine ready for pictures with such settings, and layers or none. How the scene is
-    /// traced does not depend on these.
+    /// Analyses the scene and makes an engine ready for pictures with such settings, and layers or none, which have to fit
+    /// into the memory. How the scene is traced does not depend on these.
     pub(crate) fn set(
         loaded: &'a Loaded,
         plan: Plan,
         settings: &Settings,
         has_layers: bool,
+        memory: usize,
     ) -> Result<Self, Failure> {
+        let picture = picture_bytes(settings, has_layers);
+        if picture > memory {
+            let Settings { width, height, .. } = settings;
+            return Err(loaded.refused(format!(
+                "a picture of {width} by {height} pixels takes {picture} bytes, and --memory allows {memory}; make it smaller, or raise --memory"
+            )));
+        }
         let regime = Regime::of(loaded, plan)?;
-        let plan = plan.beside_picture(picture_bytes(settings, has_layers));
+        let plan = plan.beside_picture(picture);
         let prepared = Prepared::new(loaded, &regime, plan)?;
-        let framed = || {
-            if let Regime::Vast(_) = regime {
-                return loaded.refined_box(&loaded.envelopes()?);
-            }
-            let root = root_box(&loaded.scene.graph, &loaded.bounds_limits());
-            root.map(|root| root.aabb).map_err(|error| bounds::failure(loaded, error))
-        };
         let aspect = f64::from(settings.width) / f64::from(settings.height);
-        let camera = camera(&loaded.scene.look, aspect, framed)?;
+        let camera = camera(&loaded.scene.look, aspect, || framed(loaded, &regime))?;
         let lights = lights(&loaded.scene.look, &loaded.scene.graph, &camera);
         Ok(Self { loaded, plan, regime, prepared, camera, lights })
     }
@@ -72,6 +73,21 @@ impl<'a> Stage<'a> {
         pool.map_err(|error| self.loaded.refused(format!("cannot start the threads: {error}")))
     }
 
+    /// Says of a picture without anything on it where the solid is, and where the camera looks.
+    pub(crate) fn warn_of_nothing(&self) {
+        let Camera { eye, target, .. } = self.camera;
+        let solid = match framed(self.loaded, &self.regime) {
+            Ok(aabb) if aabb.is_empty() => "the solid is empty, and ".to_owned(),
+            Ok(aabb) => format!("the solid is in {}, and ", bounds::line(&aabb)),
+            Err(_) => String::new(),
+        };
+        let [eye, target] = [eye, target].map(bounds::point);
+        say(format_args!(
+            "\x1b[1;93mwarning\x1b[0m: {}: no ray hit anything; {solid}the camera looks from {eye} to {target}",
+            self.loaded.name
+        ));
+    }
+
     /// Why there is no picture.
     pub(crate) fn failure(&self, error: RenderError) -> Failure {
         match error {
@@ -79,6 +95,15 @@ impl<'a> Stage<'a> {
             other => self.loaded.refused(other),
         }
     }
+}
+
+/// The box that a camera frames.
+fn framed(loaded: &Loaded, regime: &Regime) -> Result<Aabb, Failure> {
+    if let Regime::Vast(_) = regime {
+        return loaded.refined_box(&loaded.envelopes()?);
+    }
+    let root = root_box(&loaded.scene.graph, &loaded.bounds_limits());
+    root.map(|root| root.aabb).map_err(|error| bounds::failure(loaded, error))
 }
 
 /// What a picture takes until it is written, in bytes.

@@ -29,9 +29,12 @@ pub(crate) fn push_table<const N: usize>(
     }
 }
 
-/// A count with a comma before every three digits.
+/// A count with a comma before every three digits. What is in words, as where nobody can count, stays as it is.
 pub(crate) fn grouped(count: impl ToString) -> String {
     let digits = count.to_string();
+    if !digits.bytes().all(|byte| byte.is_ascii_digit()) {
+        return digits;
+    }
     let mut text = String::new();
     for (index, digit) in digits.chars().enumerate() {
         if index > 0 && (digits.len() - index).is_multiple_of(3) {

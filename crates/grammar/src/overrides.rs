@@ -18,6 +18,8 @@ use crate::{Diagnostic, Excerpt};
 /// ```
 #[derive(Clone, Debug)]
 pub struct Override {
+    /// What diagnostics call the text.
+    origin: String,
     pub(crate) tree: SyntaxTree,
     pub(crate) assignment: Assignment,
 }
@@ -28,10 +30,20 @@ impl Override {
     /// # Errors
     /// If it is not that. The diagnostics point into `text`, which they carry.
     pub fn parse(text: &str) -> Result<Self, Vec<Diagnostic>> {
+        Self::parse_from("override", text)
+    }
+
+    /// The same of a text from somewhere, which diagnostics name as they would a file.
+    ///
+    /// # Errors
+    /// As for [`parse`](Self::parse).
+    pub fn parse_from(origin: &str, text: &str) -> Result<Self, Vec<Diagnostic>> {
         let (parsed, assignment) = parse_assignment(text);
         match assignment {
-            Some(assignment) if !parsed.has_errors() => Ok(Self { tree: parsed.tree, assignment }),
-            _ => Err(parsed.diagnostics.into_iter().map(|report| in_excerpt(report, text)).collect()),
+            Some(assignment) if !parsed.has_errors() => {
+                Ok(Self { origin: origin.to_owned(), tree: parsed.tree, assignment })
+            }
+            _ => Err(parsed.diagnostics.into_iter().map(|report| in_excerpt(report, origin, text)).collect()),
         }
     }
 
@@ -42,11 +54,11 @@ impl Override {
 
     /// A diagnostic about this text.
     pub(crate) fn locate(&self, diagnostic: Diagnostic) -> Diagnostic {
-        in_excerpt(diagnostic, self.tree.source())
+        in_excerpt(diagnostic, &self.origin, self.tree.source())
     }
 }
 
-fn in_excerpt(diagnostic: Diagnostic, text: &str) -> Diagnostic {
-    let excerpt = Excerpt { name: "override".to_owned(), text: text.to_owned() };
+fn in_excerpt(diagnostic: Diagnostic, origin: &str, text: &str) -> Diagnostic {
+    let excerpt = Excerpt { name: origin.to_owned(), text: text.to_owned() };
     Diagnostic { excerpt: Some(excerpt), ..diagnostic }
 }

@@ -46,7 +46,7 @@ impl LatentImage {
             primitive_tests,
             deepest_recursion,
         } = self.counters;
-        for count in [rays, shadow_rays, nodes_visited, box_tests, boxes_missed, primitive_tests] {
+        for count in [rays, shadow_rays, nodes_visited, box_tests, boxes_missed, primitive_tests, self.hits] {
             to.write_all(&count.to_le_bytes())?;
         }
         to.write_all(&deepest_recursion.to_le_bytes())?;
@@ -85,6 +85,7 @@ impl LatentImage {
             &mut counters.box_tests,
             &mut counters.boxes_missed,
             &mut counters.primitive_tests,
+            &mut image.hits,
         ] {
             *count = u64::from_le_bytes(bytes(from)?);
         }

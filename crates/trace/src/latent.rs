@@ -74,6 +74,8 @@ pub struct LatentImage {
     /// The squares of each tile.
     pub(crate) squares: Vec<Squares>,
     pub(crate) counters: Counters,
+    /// Of the samples, those that met the solid.
+    pub(crate) hits: u64,
 }
 
 /// Row by row of a tile.
@@ -114,7 +116,7 @@ impl LatentImage {
         let exposure = Exposure::new(view, tiles, noise.is_some());
         let squares = tiles.iter().map(|tile| smallvec![Square::default(); tile.squares(SQUARE).count()]);
         let squares = squares.collect();
-        Ok(Self { settings: *settings, tiles, exposure, squares, counters: Counters::default() })
+        Ok(Self { settings: *settings, tiles, exposure, squares, counters: Counters::default(), hits: 0 })
     }
 
     /// Adds samples until there are enough, which is to say `true`, or until `stop` says so, on the threads of the rayon
@@ -152,18 +154,20 @@ impl LatentImage {
             let spent = parts.par_bridge().map_init(
                 || Brush::new(world, &settings),
                 |brush, ((part, squares), tile)| {
-                    let (taken, spent) = painter.paint(brush, &tile, squares, part, stop)?;
-                    if taken > 0 {
-                        progress(done.fetch_add(taken, Ordering::Relaxed) + taken);
+                    let painted = painter.paint(brush, &tile, squares, part, stop)?;
+                    if painted.samples > 0 {
+                        progress(done.fetch_add(painted.samples, Ordering::Relaxed) + painted.samples);
                     }
-                    Ok::<_, EvalError>(spent)
+                    Ok::<_, EvalError>((painted.counters, painted.hits))
                 },
             );
-            let sum = |mut a: Counters, b: Counters| {
-                a += b;
-                Ok(a)
+            let sum = |(mut counters, hits): (Counters, u64), other: (Counters, u64)| {
+                counters += other.0;
+                Ok((counters, hits + other.1))
             };
-            self.counters += spent.try_reduce(Counters::default, sum)?;
+            let (counters, hits) = spent.try_reduce(Default::default, sum)?;
+            self.counters += counters;
+            self.hits += hits;
         }
     }
 
@@ -203,6 +207,11 @@ impl LatentImage {
     /// How many samples all pixels have together.
     pub fn samples_taken(&self) -> u64 {
         self.squares().map(|(square, pixels)| u64::from(square.taken) * pixels.pixel_count() as u64).sum()
+    }
+
+    /// How many of these met the solid.
+    pub fn hits(&self) -> u64 {
+        self.hits
     }
 
     /// What was counted of all samples.

@@ -194,8 +194,7 @@ impl<'a> Painter<'a> {
         Ok(Self { world, view, lens, places })
     }
 
-    /// Brings the squares of a tile to their goals, one after the other, until `stop` says so; gives the number of samples
-    /// that were added, and what they took.
+    /// Brings the squares of a tile to their goals, one after the other, until `stop` says so.
     pub(crate) fn paint(
         &self,
         brush: &mut Brush<'_>,
@@ -203,11 +202,11 @@ impl<'a> Painter<'a> {
         squares: &mut [Square],
         mut part: Part<'_>,
         stop: &dyn Fn() -> bool,
-    ) -> Result<(u64, Counters), EvalError> {
+    ) -> Result<Painted, EvalError> {
         // What a pixel costs, and how deep its ray went, are known of single rays.
         let is_alone = matches!(self.view, View::Cost | View::Plate);
         let side = if is_alone { 1 } else { self.world.engine.side() };
-        let mut taken = 0;
+        let (mut samples, mut hits) = (0, 0);
         let beam = tile.beam(&self.lens);
         for (square, own) in squares.iter_mut().zip(tile.squares(SQUARE)) {
             let mut part = part.split_off(own.pixel_count());
@@ -223,15 +222,16 @@ impl<'a> Painter<'a> {
             let numbers = square.taken..square.goal;
             for together in own.squares(side) {
                 let part = part.split_off(together.pixel_count());
-                self.expose(brush, &beam, &together, numbers.clone(), part)?;
+                hits += self.expose(brush, &beam, &together, numbers.clone(), part)?;
             }
-            taken += numbers.len() as u64 * own.pixel_count() as u64;
+            samples += numbers.len() as u64 * own.pixel_count() as u64;
             square.taken = square.goal;
         }
-        Ok((taken, brush.tracer.take_counters()))
+        Ok(Painted { samples, hits, counters: brush.tracer.take_counters() })
     }
 
-    /// Exposes some pixels to their samples with these numbers, one sample of each at a time.
+    /// Exposes some pixels to their samples with these numbers, one sample of each at a time; gives the number of those that
+    /// met the solid.
     fn expose(
         &self,
         brush: &mut Brush<'_>,
@@ -239,7 +239,7 @@ impl<'a> Painter<'a> {
         together: &Tile,
         numbers: Range<u32>,
         mut part: Part<'_>,
-    ) -> Result<(), EvalError> {
+    ) -> Result<u64, EvalError> {
         let view = self.view;
         let Brush { tracer, illumination, pixels, rays, hits, colours } = brush;
         let Tile { columns, rows, .. } = together;
@@ -248,6 +248,7 @@ impl<'a> Painter<'a> {
             pixels.extend(columns.clone().map(|x| (x, y)));
         }
         let tests_before = tracer.counters().tests();
+        let mut met = 0;
         for number in numbers {
             self.lens.rays(columns, rows, self.places[number as usize], rays);
             let footprint = Footprint { width: 0.0, spread: self.lens.spread() };
@@ -255,6 +256,7 @@ impl<'a> Painter<'a> {
             // What all rays of a beam have in common is a part of what each of them costs.
             let batch = if view == View::Cost { Batch::from(&*rays) } else { beam.batch(rays) };
             tracer.nearest(batch, hits)?;
+            met += hits.iter().flatten().count() as u64;
             // What leaves surfaces from here on sees as much as the closest of these rays.
             let nearest = hits.iter().flatten().map(|hit| hit.t).fold(f64::INFINITY, f64::min);
             tracer.set_footprint(footprint.onward(nearest));
@@ -282,8 +284,17 @@ impl<'a> Painter<'a> {
             let tests = tracer.counters().tests() - tests_before;
             part.cost(0, tests as f64);
         }
-        Ok(())
+        Ok(met)
     }
+}
+
+/// What was added to a tile.
+pub(crate) struct Painted {
+    pub(crate) samples: u64,
+    /// Of these, those that met the solid.
+    pub(crate) hits: u64,
+    /// What they took.
+    pub(crate) counters: Counters,
 }
 
 /// What a thread paints with: a tracer, and memory for the rays that it traces together.

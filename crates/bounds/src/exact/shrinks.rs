@@ -4,6 +4,8 @@
 //! with operands from outside of the recursion. So a solid may be bounded though it subtracts itself unchanged. But who
 //! looks into it, as a ray does, goes through all operands, and comes to an end only if each of them gets smaller until it
 //! is too small to matter. The [certificate](super::contraction) is the same, with all operands for parts.
+//!
+//! What shrinks may still be nothing: of `A -> uscale(0.5) A` a point is left.
 
 use glam::DMat3;
 
@@ -45,6 +47,27 @@ impl<S: Scene> ExactBoxes<S> {
             most = most.max(contraction.factor);
         }
         Ok(most)
+    }
+
+    /// A state that leads on and on along a single way, if there is any: to no shape, and to no union of different ways. A
+    /// point is left of it, which no ray can meet; where there are several ways, as in the attractors of iterated function
+    /// systems, it is a solid without any shape.
+    pub fn leads_nowhere(&self) -> Option<&S::State> {
+        let states = &self.found.states;
+        if !states.cyclic {
+            return None;
+        }
+        let is_single_way = |component: &[u32]| {
+            let mut ways = component.iter().flat_map(|state| states.below(*state));
+            // As many ways as states, all of them back, is a cycle and nothing else.
+            let stays = ways.all(|below| component.binary_search(below).is_ok());
+            let count = component.iter().map(|state| states.below(*state).len()).sum::<usize>();
+            stays && count == component.len()
+        };
+        let components = Components::new(states.terms.len(), |state| states.below(state));
+        let cycle = components.iter().find(|component| is_single_way(component))?;
+        // The search came first to the one that it left last.
+        cycle.last().map(|state| &states.states[*state as usize])
     }
 
     /// The ways from states of a component to states of it.

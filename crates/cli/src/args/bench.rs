@@ -18,7 +18,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, default_value = "512x512")]
     pub size: Size,
     /// Threads
-    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 1, value_parser = whole::<u32>(1..=4096))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 1, value_parser = whole::<u32>(1..=1024))]
     pub threads: u32,
     /// Repetitions, of which the median counts; one more goes before them to warm up
     #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 5, value_parser = whole::<u32>(1..=10_000))]

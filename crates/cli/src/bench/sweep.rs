@@ -109,7 +109,7 @@ fn few(number: &f64) -> String {
 /// The command that draws this, with the scene as if it were in the current folder.
 fn command(args: &BenchArgs, loaded: &Loaded, sweep: &Sweep) -> String {
     let Sweep { name, first, last } = sweep;
-    let set: String = loaded.set.iter().map(|set| format!(" --set {}", set.replace(' ', ""))).collect();
+    let set = loaded.options_without(name);
     let size = if name == SIDE {
         String::new()
     } else {

@@ -3,12 +3,12 @@
 use std::time::Instant;
 
 use csg_graph::{Analysis, BigUint, Graph, Node, NodeId, Operator};
-use csg_graph_bounds::{Aabb, ExactBoxes, Obb, Slabs, Sphere, exact};
+use csg_graph_bounds::{Aabb, ExactBoxes, Obb, Slabs, Sphere};
 use serde::Serialize;
 
 use super::instances::Instances;
 use super::list::refinement;
-use super::methods::{boxes_to_compute, failure};
+use super::methods::{boxes_to_compute, exact_boxes};
 use super::sweep::{Run, ratio};
 use super::volume::Shown;
 use crate::args::{BooleansArg, BoundsArgs, Format, MethodArg, VolumeArg};
@@ -55,8 +55,7 @@ pub(super) fn run(args: &BoundsArgs, loaded: &Loaded) -> Result<(), Failure> {
     let analysis = loaded.analyse_unless_endless()?;
     let _spinner = Spinner::new("comparing");
     let start = Instant::now();
-    let boxes =
-        exact(&loaded.scene.graph, &loaded.bounds_limits()).map_err(|error| failure(loaded, error))?;
+    let boxes = exact_boxes(loaded, &loaded.bounds_limits())?;
     let exact = Exact { boxes, seconds: start.elapsed().as_secs_f64() };
 
     let mut rows = Vec::new();

@@ -82,10 +82,8 @@ fn nothing_counts(loaded: &Loaded) -> Failure {
 
 /// The command that draws this, with the scene as if it were in the current folder.
 fn command(loaded: &Loaded, sweep: &Sweep) -> String {
-    let is_other = |set: &&String| !set.trim_start().starts_with(&sweep.name);
-    let set = loaded.set.iter().filter(is_other).map(|set| format!(" --set {}", set.replace(' ', "")));
     let Sweep { name, first, last } = sweep;
-    let set: String = set.collect();
+    let set = loaded.options_without(name);
     format!("pcsg bounds {}{set} --plot FILE.svg --sweep {name}={first}..{last}", loaded.file_name())
 }
 

@@ -5,13 +5,13 @@ use std::time::Instant;
 
 use csg_graph::{Graph, Node, NodeId, State};
 use csg_graph_bounds::{
-    Aabb, CellCounts, Endless, ExactBoxes, HyperBoxes, Obb, Refinement, Slabs, SolidBox, Sphere, exact,
+    Aabb, CellCounts, Endless, ExactBoxes, HyperBoxes, Obb, Refinement, Slabs, SolidBox, Sphere,
 };
 use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::instances::Instances;
-use super::methods::{failure, hyper_boxes};
+use super::methods::{self, hyper_boxes};
 use super::volume::{Entry, Shown, line};
 use crate::args::{BooleansArg, BoundsArgs, Format, MethodArg, VolumeArg};
 use crate::load::Loaded;
@@ -200,7 +200,7 @@ fn exact_boxes(args: &BoundsArgs, loaded: &Loaded) -> Result<ExactBoxes<Graph>, 
     let limits = loaded.bounds_limits();
     let is_for_boxes = args.volume != VolumeArg::Sphere && args.booleans != BooleansArg::Search;
     let gap = args.tolerance.filter(|_| is_for_boxes).unwrap_or(limits.gap);
-    exact(&loaded.scene.graph, &limits.with_gap(gap)).map_err(|error| failure(loaded, error))
+    methods::exact_boxes(loaded, &limits.with_gap(gap))
 }
 
 /// How far a search goes.

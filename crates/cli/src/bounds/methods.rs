@@ -1,7 +1,7 @@
 //! Running the algorithms: what each would cost is known before it is begun.
 
-use csg_graph::{Analysis, BigUint, EvalError};
-use csg_graph_bounds::{BoundsError, ExactBoxes, HyperBoxes, chain, conventional, exact};
+use csg_graph::{Analysis, BigUint, EvalError, Fault, Graph, Place};
+use csg_graph_bounds::{BoundsError, ExactBoxes, HyperBoxes, Limits, chain, conventional, exact};
 
 use crate::Failure;
 use crate::args::MethodArg;
@@ -54,9 +54,7 @@ pub(crate) fn hyper_boxes(
         MethodArg::Conventional => "the conventional algorithm visits every node of the unfolded tree",
         MethodArg::Chain => "the chain algorithm computes a box for each transformation above each primitive",
         MethodArg::Exact => {
-            return exact(graph, &limits)
-                .map(ExactBoxes::into_hyper_boxes)
-                .map_err(|error| failure(loaded, error));
+            return exact_boxes(loaded, &limits).map(ExactBoxes::into_hyper_boxes);
         }
     };
     refuse_more_than(max_steps, &work, loaded, what)?;
@@ -65,13 +63,26 @@ pub(crate) fn hyper_boxes(
     walk(graph, &limits).map_err(|error| failure(loaded, error))
 }
 
+/// The boxes of all states of a scene. A recursion that leads to nothing is a mistake in it.
+pub(crate) fn exact_boxes(loaded: &Loaded, limits: &Limits) -> Result<ExactBoxes<Graph>, Failure> {
+    let graph = &loaded.scene.graph;
+    let boxes = exact(graph, limits).map_err(|error| failure(loaded, error))?;
+    let Some(state) = boxes.leads_nowhere() else { return Ok(boxes) };
+    let at = Place { node: state.node(), expr: None, label: graph.node_name(state.node()) };
+    let error = EvalError { at, fault: Fault::Nothing, values: graph.live_values(state) };
+    Err(loaded.failure(&error.into()))
+}
+
 /// Why an algorithm found no boxes.
 pub(crate) fn failure(loaded: &Loaded, error: BoundsError<EvalError>) -> Failure {
     match error {
         BoundsError::Scene(error) => loaded.failure(&error.into()),
         BoundsError::Endless { .. } => {
-            loaded.report_endless();
+            loaded.report_unlisted();
             loaded.refused(error)
+        }
+        BoundsError::TooManyStates { limit } => {
+            loaded.refused(format!("there are more than {limit} states; raise --max-states"))
         }
         error => loaded.refused(error),
     }

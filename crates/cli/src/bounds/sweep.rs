@@ -113,7 +113,7 @@ fn analysed(loaded: &Loaded, name: &str, value: i32) -> Result<Option<(Loaded, A
     let Ok(varied) = loaded.varied(name, value) else { return Ok(None) };
     match varied.scene.graph.analyse(&varied.limits) {
         Ok(analysis) => Ok(Some((varied, analysis))),
-        Err(error @ StatesError::TooMany { .. }) => Err(varied.failure(&error)),
+        Err(error @ StatesError::TooMany { .. }) => Err(varied.failure_to_list(&error)),
         Err(_) => Ok(None),
     }
 }

@@ -123,12 +123,17 @@ pub(crate) fn line(shown: &impl Shown) -> String {
     if shown.is_empty() { "empty".to_owned() } else { shown.line() }
 }
 
-fn point(p: DVec3) -> String {
+/// A point for people.
+pub(crate) fn point(p: DVec3) -> String {
     let [x, y, z] = p.to_array().map(|c| format!("{:>9}", number(c)));
     format!("[{x}, {y}, {z}]")
 }
 
-/// Four places, without the sign that rounding may leave at zero.
+/// Four places, without the sign that rounding may leave at zero. Of what is large, the first digits.
 fn number(c: f64) -> String {
-    format!("{:.4}", if c.abs() < 5e-5 { 0.0 } else { c })
+    match c.abs() {
+        ..5e-5 => "0.0000".to_owned(),
+        1e9.. => format!("{c:.4e}"),
+        _ => format!("{c:.4}"),
+    }
 }

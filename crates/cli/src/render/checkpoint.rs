@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! "pcsg checkpoint\n"   16 bytes
-//! 1                     u32: the version of this layout
+//! 2                     u32: the version of this layout
 //! length, text          u32 and UTF-8: what picture it is of, as JSON pairs of names and values
 //! the picture           as csg_graph_trace::LatentImage saves it, to the end but for
 //! checksum              u32: CRC-32 of all before
@@ -23,7 +23,7 @@ use crate::{Failure, output};
 
 const MAGIC: &[u8; 16] = b"pcsg checkpoint\n";
 
-const LAYOUT: u32 = 1;
+const LAYOUT: u32 = 2;
 
 /// The name of what is the text of a scene, which is too long for a message.
 const SCENE: &str = "scene";
@@ -56,10 +56,11 @@ impl Checkpoint {
             Plan::Fast { budget, detail, memory } => (Some(budget), None, detail, Some(memory)),
             Plan::Grid { budget, resolution } => (Some(budget), resolution, None, None),
         };
+        let set = stage.loaded.set().collect::<Vec<_>>().join("; ");
         let identity = [
             ("program", concat!("pcsg ", env!("CARGO_PKG_VERSION")).to_owned()),
             (SCENE, stage.loaded.source().to_owned()),
-            ("set", or_none((!stage.loaded.set.is_empty()).then(|| stage.loaded.set.join("; ")))),
+            ("set", or_none(Some(set).filter(|set| !set.is_empty()))),
             ("size", format!("{width}x{height}")),
             ("samples", samples.to_string()),
             ("noise", or_none(noise.map(|noise| noise.to_string()))),

@@ -41,8 +41,9 @@ pub(super) fn encode(
     let layer = |name: &str, channels: Vec<(&str, FlatSamples)>| {
         let mut attributes = LayerAttributes::named(text(name));
         attributes.software_name = Some(text(SOFTWARE));
-        if !loaded.set.is_empty() {
-            say(&mut attributes.other, "parameters", &loaded.set.join("; "));
+        let set = loaded.set().collect::<Vec<_>>().join("; ");
+        if !set.is_empty() {
+            say(&mut attributes.other, "parameters", &set);
         }
         let channels = channels.into_iter().map(|(name, samples)| AnyChannel::new(text(name), samples));
         Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels.collect()))

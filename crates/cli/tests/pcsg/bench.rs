@@ -28,6 +28,9 @@ fn a_bench_measures_setting_up_primary_rays_and_pictures() {
     let (code, out, _, _) = run(&["bench", path(&sympodial), "--size", "16x16", "--reps", "1"]);
     assert_eq!(code, 0);
     assert!(out.contains("primary rays") && out.contains("4,097"), "{out}");
+    let fern = scene("endless/fern.pcsg");
+    let (code, out, _, _) = run(&["bench", path(&fern), "--size", "8x8", "--reps", "1"]);
+    assert!(code == 0 && out.contains("primitives       endless"), "{out}");
 }
 
 #[test]

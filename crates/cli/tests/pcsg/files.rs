@@ -50,7 +50,11 @@ fn a_file_that_is_not_there_may_be_meant_with_another_ending() {
 fn a_command_does_not_write_over_its_own_files() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.png"), "{} sphere").unwrap();
-    for args in [&["render", "scene.png"][..], &["render", "scene.png", "-o", "a.png", "--stats", "a.png"]] {
+    for args in [
+        &["render", "scene.png"][..],
+        &["render", "scene.png", "-o", "a.png", "--stats", "a.png"],
+        &["render", "scene.png", "-o", "a.png", "--stats", "./a.png"],
+    ] {
         let (code, _, err, files) = run_in(folder.path(), args);
         assert_eq!(code, 1, "{err}");
         assert_eq!(files, ["scene.png"]);
@@ -71,6 +75,24 @@ fn links_and_permissions_survive() {
     assert_eq!(fs::read_to_string(&file).unwrap(), "{} sphere\n");
     assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
     assert!(fs::symlink_metadata(folder.path().join("link.pcsg")).unwrap().is_symlink());
+
+    // One that leads to nothing yet, by another one in another folder.
+    fs::create_dir(folder.path().join("pictures")).unwrap();
+    symlink("pictures/next.png", folder.path().join("latest.png")).unwrap();
+    symlink("first.png", folder.path().join("pictures/next.png")).unwrap();
+    let render =
+        |output: &str| run_in(folder.path(), &["render", "real.pcsg", "--size", "4x4", "-o", output]);
+    assert_eq!(render("latest.png").0, 0);
+    for link in ["latest.png", "pictures/next.png"] {
+        assert!(fs::symlink_metadata(folder.path().join(link)).unwrap().is_symlink(), "{link}");
+    }
+    assert!(fs::symlink_metadata(folder.path().join("pictures/first.png")).unwrap().is_file());
+    symlink("circle.png", folder.path().join("circle.png")).unwrap();
+    let (code, _, err, _) = render("circle.png");
+    assert!(code == 1 && err.contains("a link that leads back to itself"), "{err}");
+    for entry in ["latest.png", "circle.png"] {
+        fs::remove_file(folder.path().join(entry)).unwrap();
+    }
 
     let args = ["render", "real.pcsg", "--size", "4x4", "--samples", "1", "--stats", "/dev/stdout"];
     let (code, out, err, _) = run_in(folder.path(), &args);

@@ -96,8 +96,29 @@ fn engines_that_list_states_say_what_they_lack() {
 #[test]
 fn recursion_to_nothing_is_an_error() {
     let folder = folder();
-    let scene = "{} A\nA -> uscale(0.5) A\nimage { width = 8; height = 8; }\n";
-    fs::write(folder.path().join("nothing.pcsg"), scene).expect("it can be written");
-    let (code, _, err, _) = run_in(folder.path(), &["render", "nothing.pcsg"]);
-    assert!(code == 1 && err.contains("leads on and on"), "{err}");
+    // (rules, the line of the symbol that leads to nothing)
+    for (rules, line) in [
+        ("A -> uscale(0.5) A", 2),
+        ("A -> uscale(0.5) A \\ sphere", 2),
+        ("A -> sphere | B\nB -> move(1, 0, 0) uscale(0.5) C\nC -> uscale(0.5) B", 3),
+        ("A -> sphere \\ B\nB -> uscale(0.5) B", 3),
+    ] {
+        fs::write(folder.path().join("nothing.pcsg"), format!("{{}} A\n{rules}\n"))
+            .expect("it can be written");
+        for command in ["check", "render", "bounds", "bench"] {
+            let (code, out, err, _) = run_in(folder.path(), &[command, "nothing.pcsg"]);
+            assert!(err.contains("leads on and on, and to no solid"), "{command} {rules}: {out}{err}");
+            assert!(err.contains(&format!("--> nothing.pcsg:{line}:1")), "{command} {rules}: {err}");
+            assert_eq!((code, out.as_str()), (1, ""), "{command} {rules}");
+        }
+    }
+    fs::write(folder.path().join("point.pcsg"), "{} A\nA -> uscale(0.5) A | uscale(0.4) A")
+        .expect("it can be written");
+    let (code, _, err, _) = run_in(folder.path(), &["render", "point.pcsg"]);
+    assert!(code == 1 && err.contains("the solid is 0.0e0 large"), "{err}");
+    let clipped = "{} A\nA -> uscale(0.5) A & sphere\nimage { width = 8; height = 8; }\n";
+    fs::write(folder.path().join("clipped.pcsg"), clipped).expect("it can be written");
+    for command in ["check", "render"] {
+        assert_eq!(run_in(folder.path(), &[command, "clipped.pcsg"]).0, 0);
+    }
 }

@@ -162,3 +162,23 @@ fn a_picture_can_be_of_something_closer() {
     assert_eq!(run(&zoom).0, 0);
     assert_eq!(run(&[&zoom[..5], &["0.5"]].concat()).0, 2);
 }
+
+#[test]
+fn a_picture_of_nothing_is_doubted() {
+    let folder = tempfile::tempdir().unwrap();
+    let behind = "{} move(0, 0, 3) sphere\ncamera { eye = (0, -9, 3); target = (0, -20, 3); }";
+    fs::write(folder.path().join("behind.pcsg"), behind).unwrap();
+    for further in [&[][..], &["--view", "plate"], &["--view", "depth"], &["--engine", "grid"]] {
+        let args = [&["render", "behind.pcsg", "--size", "16x16"], further].concat();
+        let (code, _, err, files) = run_in(folder.path(), &args);
+        assert_eq!((code, files.as_slice()), (0, &["behind.pcsg".to_owned(), "behind.png".to_owned()][..]));
+        assert!(err.starts_with("warning: behind.pcsg: no ray hit anything"), "{err}");
+        assert!(
+            err.contains("2.0000] .. [") && err.contains("to [   0.0000,  -20.0000,    3.0000]"),
+            "{err}"
+        );
+    }
+    let tower = scene("cone_tower.pcsg");
+    let (code, _, err, _) = run_in(folder.path(), &["render", path(&tower), "--size", "16x16"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+}

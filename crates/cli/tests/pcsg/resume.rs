@@ -95,6 +95,32 @@ fn an_interrupted_picture_goes_on_to_the_same_bytes() {
 }
 
 #[test]
+fn an_interruption_before_the_first_ray_says_so() {
+    let folder = folder_with_scene();
+    // Boxes that take longer than anyone waits for.
+    let endless = ["--set", "cnt=50", "--boxes", "chain", "--max-steps", "18446744073709551615"];
+    let args = [&["render", "s.pcsg", "-o", "a.png"], &endless[..]].concat();
+    let mut delay = Duration::from_millis(200);
+    let said = loop {
+        let child = pcsg(folder.path(), &args).stderr(Stdio::piped()).spawn().expect("the program starts");
+        sleep(delay);
+        let pid = child.id().to_string();
+        Command::new("kill").args(["-INT", &pid]).status().expect("there is a kill command");
+        let output = child.wait_with_output().expect("it ends");
+        match output.status.code() {
+            // It had not begun to listen.
+            None => delay *= 2,
+            code => {
+                assert_eq!(code, Some(130));
+                break String::from_utf8(output.stderr).expect("the program speaks UTF-8");
+            }
+        }
+    };
+    assert_eq!(said, "interrupted before the first ray; nothing was written\n");
+    assert_eq!(files(folder.path()), ["s.pcsg"]);
+}
+
+#[test]
 fn only_the_same_picture_goes_on() {
     let folder = folder_with_scene();
     let base = [&["s.pcsg", "-o", "a.png", "--threads", "2"], &PICTURE[..]].concat();
@@ -138,7 +164,7 @@ fn only_the_same_picture_goes_on() {
         (damaged(kept.len() - 1), "damaged or not complete"),
         (kept[..middle].to_vec(), "damaged or not complete"),
         (kept[..18].to_vec(), "damaged or not complete"),
-        (damaged(17), "version 1025"),
+        (damaged(17), "version 1026"),
         (damaged(3), "no checkpoint"),
         (Vec::new(), "no checkpoint"),
         (b"someone else's half a download".to_vec(), "no checkpoint"),
