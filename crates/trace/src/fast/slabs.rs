@@ -193,7 +193,7 @@ mod tests {
                 let (middle, size) = (0.6 * vector(), if at % 2 == 0 { 0.3 } else { 0.01 });
                 std::array::from_fn(|_| middle + size * vector())
             });
-            let boxes = clouds.map(|cloud| Aabb::from_points(cloud));
+            let boxes = clouds.map(Aabb::from_points);
             let mut nodes = Vec::new();
             let root = tree::build(&boxes, 0, &mut nodes);
             let mut slabs = Vec::new();
