@@ -115,7 +115,7 @@ fn recursion_to_nothing_is_an_error() {
     fs::write(folder.path().join("point.pcsg"), "{} A\nA -> uscale(0.5) A | uscale(0.4) A")
         .expect("it can be written");
     let (code, _, err, _) = run_in(folder.path(), &["render", "point.pcsg"]);
-    assert!(code == 1 && err.contains("the solid is 0.0e0 large"), "{err}");
+    assert!(code == 1 && err.contains("large and 0.0e0 from the origin"), "{err}");
     let clipped = "{} A\nA -> uscale(0.5) A & sphere\nimage { width = 8; height = 8; }\n";
     fs::write(folder.path().join("clipped.pcsg"), clipped).expect("it can be written");
     for command in ["check", "render"] {
