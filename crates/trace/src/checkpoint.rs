@@ -58,7 +58,7 @@ impl LatentImage {
                 to.write_all(&goal.to_le_bytes())?;
             }
             let places: Vec<_> =
-                if has_samples(squares) { tile.places_by_row(SQUARE).collect() } else { Vec::new() };
+                if has_samples(squares) { tile.runs(SQUARE).flatten().collect() } else { Vec::new() };
             let gauges = places.iter().filter_map(|place| exposure.gauges.get(*place)).flatten();
             let of_light = [&exposure.light, &exposure.halves];
             let of_light =
@@ -102,7 +102,7 @@ impl LatentImage {
             }
             [extremes.least, extremes.greatest] = [number(from)?, number(from)?];
             if has_samples(squares) {
-                let places: Vec<_> = tile.places_by_row(SQUARE).collect();
+                let places: Vec<_> = tile.runs(SQUARE).flatten().collect();
                 load_sums(&mut exposure.gauges, &places, from)?;
                 load_sums(&mut exposure.light, &places, from)?;
                 load_sums(&mut exposure.halves, &places, from)?;

@@ -83,12 +83,7 @@ impl Tracer<'_> {
     }
 
     /// The first hits of some rays, no more than the engine takes together.
-    pub(crate) fn nearest<'r>(
-        &mut self,
-        batch: impl Into<Batch<'r>>,
-        hits: &mut Vec<Option<Hit>>,
-    ) -> Result<(), EvalError> {
-        let batch = batch.into();
+    pub(crate) fn nearest(&mut self, batch: Batch<'_>, hits: &mut Vec<Option<Hit>>) -> Result<(), EvalError> {
         hits.clear();
         match self {
             Self::Reference(walk) => {

@@ -90,7 +90,7 @@ pub fn primary(world: &World<'_>, width: u32, height: u32) -> Result<PrimaryPass
 pub fn survey(world: &World<'_>, width: u32, height: u32) -> Result<Vec<Probe>, RenderError> {
     let numbers = world.engine.state_numbers()?;
     let tracer = || world.engine.numbering_tracer(&numbers);
-    let (tiles, probes) = trace(world, width, height, tracer, |probing, tile| {
+    let traced = trace(world, width, height, tracer, |probing, tile| {
         tile.pixels()
             .map(|pixel| {
                 let hit = probing.nearest([pixel])?[0];
@@ -98,9 +98,9 @@ pub fn survey(world: &World<'_>, width: u32, height: u32) -> Result<Vec<Probe>, 
                 Ok(Probe::new(hit.as_ref(), state, &probing.tracer.take_counters()))
             })
             .collect::<Result<Vec<_>, _>>()
-    })?;
-    let probes: Vec<Probe> = probes.into_iter().flatten().collect();
-    Ok(tiles.places_by_row().map(|place| probes[place]).collect())
+    });
+    let (tiles, probes) = traced.map(|(tiles, probes)| (tiles, probes.concat()))?;
+    Ok(tiles.in_rows(&probes))
 }
 
 /// What `trace_tile` finds in each tile.
@@ -146,7 +146,7 @@ impl Probing<'_> {
     /// What the rays through some pixels meet, no more than the engine takes together.
     fn nearest(&mut self, pixels: impl IntoIterator<Item = (u32, u32)>) -> Result<&[Option<Hit>], EvalError> {
         self.aim(pixels);
-        self.tracer.nearest(&self.rays, &mut self.hits)?;
+        self.tracer.nearest((&self.rays).into(), &mut self.hits)?;
         Ok(&self.hits)
     }
 

@@ -50,9 +50,11 @@ impl Tiles {
         (0..self.count()).map(move |index| self.tile(index))
     }
 
-    /// Where the pixels of the picture are, row by row of it, if they are put tile by tile, and row by row within tiles.
-    pub(crate) fn places_by_row(self) -> impl Iterator<Item = usize> {
-        self.picture().places_by_row(SIDE)
+    /// Something of all pixels, tile by tile and row by row within tiles, as rows of the picture.
+    pub(crate) fn in_rows<T: Copy>(self, pixels: &[T]) -> Vec<T> {
+        let mut rows = Vec::with_capacity(pixels.len());
+        self.picture().runs(SIDE).for_each(|run| rows.extend_from_slice(&pixels[run]));
+        rows
     }
 
     fn picture(self) -> Tile {
@@ -90,10 +92,17 @@ impl Tile {
         })
     }
 
-    /// Where its pixels are in that order, row by row of it.
-    pub(crate) fn places_by_row(&self, side: u32) -> impl Iterator<Item = usize> + use<> {
+    /// Where its pixels are if it is put in squares with sides of `side` pixels, row by row of it: the places of those that
+    /// are in one row of one square follow each other.
+    pub(crate) fn runs(&self, side: u32) -> impl Iterator<Item = Range<usize>> + use<> {
         let whole = self.clone();
-        self.pixels().map(move |pixel| whole.place(side, pixel))
+        self.rows.clone().flat_map(move |y| {
+            let whole = whole.clone();
+            whole.columns.clone().step_by(side as usize).map(move |x| {
+                let start = whole.place(side, (x, y));
+                start..start + (whole.columns.end - x).min(side) as usize
+            })
+        })
     }
 
     /// Where a pixel of it is in that order, if it is put in squares with sides of `side` pixels.
@@ -138,8 +147,7 @@ mod tests {
             let expected = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
             assert!(met.into_iter().eq(expected.clone()), "{width} by {height}");
             let pixels: Vec<_> = tiles.iter().flat_map(|tile| tile.pixels()).collect();
-            let in_rows = tiles.places_by_row().map(|place| pixels[place]);
-            assert!(in_rows.eq(expected), "{width} by {height}");
+            assert!(tiles.in_rows(&pixels).into_iter().eq(expected), "{width} by {height}");
         }
     }
 }

@@ -39,7 +39,7 @@ pub fn zoom(world: &World<'_>, factor: f64) -> Result<Camera, RenderError> {
     let (mut world, mut left) = (world.clone(), factor);
     while let Some((ray, seen)) = smallest(&world)? {
         let mut hits = Vec::new();
-        world.engine.tracer().nearest(&[ray], &mut hits)?;
+        world.engine.tracer().nearest((&[ray]).into(), &mut hits)?;
         // Where recursion never ends, a line may meet nothing: then it is gone closer to what is seen in its place, step
         // by step.
         let (point, step) = match &hits[0] {

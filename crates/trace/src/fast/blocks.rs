@@ -77,6 +77,8 @@ pub(super) struct OnDemand {
     bounds: StateBounds,
     pub(super) unions: Unions,
     pub(super) granularity: Granularity,
+    /// Made before anyone has said what rays look into, and coarse for all of them: whatever is wrong in it is an error at
+    /// once, and what is further down should be one only if a ray comes there.
     pub(super) root: Arc<Compiled>,
     pub(super) remembered: Cache<State, Arc<Compiled>, Bytes>,
     pub(super) memory: usize,

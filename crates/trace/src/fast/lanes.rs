@@ -60,8 +60,9 @@ impl Vectors {
 
     #[inline(always)]
     pub(crate) fn set(&mut self, lane: usize, vector: DVec3) {
-        let [x, y, z] = &mut self.0;
-        (x.0[lane], y.0[lane], z.0[lane]) = vector.into();
+        for axis in 0..3 {
+            self.0[axis].0[lane] = vector[axis];
+        }
     }
 
     #[inline(always)]

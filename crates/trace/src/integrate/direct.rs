@@ -100,7 +100,7 @@ impl Direct {
         self.rays.clear();
         self.rays.extend(branches.iter().map(|branch| branch.ray));
         let mut hits = std::mem::take(&mut self.hits);
-        tracer.nearest(&self.rays, &mut hits)?;
+        tracer.nearest((&self.rays).into(), &mut hits)?;
         self.shader.shade(tracer, &self.lights, &self.rays, &hits, &mut self.shades)?;
         for (lane, (branch, hit)) in branches.iter().zip(&hits).enumerate() {
             let Branch { root, ray, weight, media } = branch;

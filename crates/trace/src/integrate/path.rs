@@ -127,7 +127,7 @@ impl Path {
             self.go_on(bounce);
             self.rays.clear();
             self.rays.extend(self.strands.iter().map(|strand| strand.ray));
-            tracer.nearest(&self.rays, &mut self.hits)?;
+            tracer.nearest((&self.rays).into(), &mut self.hits)?;
         }
         self.arrive(colours);
         Ok(())
