@@ -1,10 +1,10 @@
 //! Boxes without their corners: slabs along the four diagonals of space, beside the three along the axes.
 //!
-//! A tetrahedron of balls fills a third of its box and the crown of a tree a half; a ray that comes through the rest goes down
-//! in vain. So the children of a node can have the seven directions of \[KAY86\]: the slabs of their boxes, and those between
-//! the supports of what is in them along the diagonals, which are as exact. A ray that goes alone, and has met boxes of a
-//! node, is tested against these slabs, too. Packets are not: sixteen rays share a box for a fraction of what the
-//! diagonals of each would cost. Nor are rays that judge how large things are, which is a matter of their boxes.
+//! The hull of a tetrahedron of balls fills a third of its box, and rays that come through the rest go down in vain. So the
+//! children of a node can have the seven directions of \[KAY86\]: the slabs of their boxes, and those between the supports
+//! of what is in them along the diagonals, which are as exact. A ray that goes alone, and has met boxes of a node, is tested
+//! against these slabs, too. Packets are not: sixteen rays share a box for a fraction of what the diagonals of each
+//! would cost. Nor are rays that judge how large things are, which is a matter of their boxes.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 use glam::{DVec3, Vec3A, Vec4};
