@@ -14,7 +14,9 @@ use std::collections::HashMap;
 
 use chance::{Chance, stochastic_sierpinski, terrain, thinning, tree, vine};
 use common::{Recipe, Term, recipes, union_recipes};
-use csg_graph::{Expr, Function, Graph, NodeId, Operator, ParamId, PrimitiveKind, State, TransformKind};
+use csg_graph::{
+    Expr, Function, Graph, NodeId, Operator, ParamId, PrimitiveKind, State, Step, TransformKind,
+};
 use csg_graph_bounds::{Aabb, BoundsError, Envelope, Envelopes, Limits, Round, Slabs, exact};
 use expansion::expand;
 use glam::DVec3;
@@ -52,6 +54,27 @@ fn assert_sound(graph: &Graph, envelopes: &Envelopes) {
             graph.live_values(state),
         );
     });
+}
+
+#[test]
+fn states_that_differ_by_chance_have_the_same_typical_ones() {
+    let typical = |seed| {
+        let graph = tree(seed, 4);
+        let envelopes = envelopes(&graph);
+        let (mut state, mut found) = (graph.root_state(), Vec::new());
+        loop {
+            let typical = envelopes.typical(&state, 0.25);
+            assert!(envelopes.class(&state).is_some());
+            assert_eq!(envelopes.class(&state), envelopes.class(&typical));
+            found.push((envelopes.class(&state), typical));
+            state = match graph.step(&state).unwrap() {
+                Step::Select(below) | Step::Calculate(below) | Step::Transform(_, below) => below,
+                Step::Operator(_, [_, right]) => right,
+                _ => return found,
+            };
+        }
+    };
+    assert_eq!(typical(1), typical(2));
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! How far the silhouettes of what never ends are off: scenes of `scenes/endless` with what is smaller than half a pixel not
 //! looked into, beside scenes that end far below.
 //!
-//! Of the rays that meet something in the first and nothing in the second one, it counts those from which it is farther than
+//! Small parts stop as many rays as they would, but by chance: it counts those that meet only the one or the other. Of the rays
+//! that meet something in the first and nothing in the second one, it counts those from which it is farther than
 //! half a pixel to any that would. Nearness is looked for in the solid first: a part may be far thinner than rays are
 //! close, as the last stems of a fern, but there is something of it in its exact box, and where all of the box is near, so
 //! is that. What is larger than the circle is found by rays.

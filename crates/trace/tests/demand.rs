@@ -182,8 +182,8 @@ fn is_near(fine: &mut Tracer<'_>, lens: &Lens, [x, y]: [f64; 2], is_hit: bool) -
 }
 
 /// Compares rays that do not look into what is small with rays that do. Where one of them meets something and the other
-/// one nothing, a silhouette is no farther than what is small. What stops all rays is never smaller than it is.
-fn compare_silhouettes(graph: &Graph, coarse: &Accelerated, stops_all: bool) {
+/// one nothing, a silhouette is no farther than what is small.
+fn compare_silhouettes(graph: &Graph, coarse: &Accelerated) {
     let lens = lens(&root_box(graph, &Limits::default()).unwrap().aabb);
     let fine = whole(graph);
     let (mut fine, mut coarse) = (fine.tracer(), coarse.tracer());
@@ -192,13 +192,9 @@ fn compare_silhouettes(graph: &Graph, coarse: &Accelerated, stops_all: bool) {
         let expected = fine.nearest(&lens.ray(place[0], place[1]));
         let found = look(&mut coarse, &lens, place);
         match (&expected, &found) {
-            (Some(expected), Some(found)) => {
-                assert!(!stops_all || found.t <= expected.t * (1.0 + 1e-9), "{place:?}");
-                hits += 1;
-            }
+            (Some(_), Some(_)) => hits += 1,
             (None, None) => {}
             _ => {
-                assert!(found.is_some() || !stops_all, "{place:?}: nothing");
                 assert!(is_near(&mut fine, &lens, place, found.is_some()), "{place:?}: far off");
                 others += 1;
             }
@@ -210,17 +206,22 @@ fn compare_silhouettes(graph: &Graph, coarse: &Accelerated, stops_all: bool) {
 #[test]
 fn silhouettes_are_off_by_less_than_they_may() {
     let graph = graph(&dust(8));
-    compare_silhouettes(&graph, &whole(&graph).with_detail(DETAIL), false);
-    compare_silhouettes(&graph, &enveloped(&graph, 1 << 24).with_detail(DETAIL), true);
+    compare_silhouettes(&graph, &whole(&graph).with_detail(DETAIL));
+    compare_silhouettes(&graph, &enveloped(&graph, 1 << 24).with_detail(DETAIL));
+}
+
+/// What never ends.
+fn listed(source: &str, memory: usize) -> Accelerated {
+    let endless = graph(source);
+    let boxes = exact(&endless, &Limits::default()).unwrap();
+    assert!(boxes.endless.is_some());
+    Accelerated::on_demand(endless, StateBounds::Exact(Box::new(boxes)), memory).unwrap()
 }
 
 /// Dust that never ends.
 fn endless() -> Accelerated {
-    let endless =
-        graph(&dust(1).replace("if(n > 0, 2, 1)", "if(n > 0, 2, 1 + (n < 0))").replace("n - 1", "n"));
-    let boxes = exact(&endless, &Limits::default()).unwrap();
-    assert!(boxes.endless.is_some());
-    Accelerated::on_demand(endless, StateBounds::Exact(Box::new(boxes)), 1 << 20).unwrap()
+    let source = dust(1).replace("if(n > 0, 2, 1)", "if(n > 0, 2, 1 + (n < 0))").replace("n - 1", "n");
+    listed(&source, 1 << 20)
 }
 
 #[test]
@@ -239,7 +240,83 @@ fn what_never_ends_can_be_gone_close_to() {
 #[test]
 fn what_never_ends_is_what_ends_far_below_a_pixel() {
     let scene = endless();
-    compare_silhouettes(&graph(&dust(9)), &scene.with_detail(DETAIL), true);
+    compare_silhouettes(&graph(&dust(9)), &scene.with_detail(DETAIL));
+}
+
+/// How many rays meet one scene and not the other, and the other one, and all that meet the second.
+fn count(fine: &Accelerated, coarse: &Accelerated, lens: &Lens) -> ([usize; 2], usize) {
+    let (mut fine, mut coarse) = (fine.tracer(), coarse.tracer());
+    let (mut only, mut all) = ([0; 2], 0);
+    for place in centres() {
+        let expected = fine.nearest(&lens.ray(place[0], place[1])).is_some();
+        let found = look(&mut coarse, lens, place).is_some();
+        only[0] += usize::from(expected && !found);
+        only[1] += usize::from(found && !expected);
+        all += usize::from(expected);
+    }
+    (only, all)
+}
+
+#[test]
+fn what_never_ends_is_as_porous_as_what_ends_a_little_below() {
+    // The box of a part of the eighth level is not half a pixel, and it is measured by the boxes of four levels more.
+    let lens = lens(&Aabb::new([-1.0; 3].into(), [1.0; 3].into()));
+    let ([only_fine, only_endless], all) =
+        count(&whole(&graph(&dust(12))), &endless().with_detail(0.5), &lens);
+    let found = all + only_endless - only_fine;
+    assert!(all > 500 && found.abs_diff(all) * 8 < all, "{found} for {all}");
+}
+
+/// Smaller copies of a solid, without end or n levels deep, down to a primitive.
+fn copies(n: Option<u32>, primitive: &str, copies: &str) -> String {
+    match n {
+        None => format!("{{}} X\n X -> {copies}"),
+        Some(n) => {
+            format!(
+                "{{ n = {n}; }} X\n X if(n > 0, 2, 1) 1: X -> {primitive} 2: X -> {{n = n - 1}} ({copies})"
+            )
+        }
+    }
+}
+
+#[test]
+fn what_never_ends_has_no_holes_but_its_own() {
+    let cells = (0..27_i32).map(|i| [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1]);
+    let sponge: Vec<String> = cells
+        .filter(|cell| cell.iter().filter(|x| **x == 0).count() < 2)
+        .map(|[x, y, z]| format!("move({x} * 2 / 3, {y} * 2 / 3, {z} * 2 / 3) uscale(1 / 3) X"))
+        .collect();
+    // A sheet of two sheets that are turned, as a dragon; the boxes of no two levels are alike.
+    let dragon = "rotz(45) uscale(sqrt(0.5)) X | move(1, 0, 0) rotz(135) uscale(sqrt(0.5)) X";
+    let tile = "move(0.42, 0.16, 0) scale(0.35, 0.35, 1e-6) cube";
+    let scenes = [
+        ("cube", sponge.join(" | "), 5, [2.7, -4.2, 2.6], DVec3::ZERO),
+        (tile, dragon.into(), 14, [0.42, -0.75, 1.9], DVec3::new(0.42, 0.16, 0.0)),
+    ];
+    for (primitive, parts, levels, eye, target) in scenes {
+        let (ends, never_ends) = (copies(Some(levels), primitive, &parts), copies(None, primitive, &parts));
+        let camera = Camera { eye: eye.into(), target, up: DVec3::Z, fov: 40.0 };
+        let lens = camera.lens(SIDE, SIDE).unwrap();
+        let ([holes, _], all) =
+            count(&whole(&graph(&ends)), &listed(&never_ends, 1 << 20).with_detail(2.0), &lens);
+        assert!(all > 500 && holes * 500 < all, "{primitive}: {holes} of {all}");
+    }
+}
+
+#[test]
+fn memory_and_threads_change_no_byte_of_what_never_ends() {
+    let source = copies(
+        None,
+        "",
+        "scale(0.1, 0.1, 1) cylinder | move(0, 0, 1) uscale(0.6) (rotx(30) X | rotx(-30) X)",
+    );
+    let bounds = Aabb::new([-2.0, -2.0, 0.0].into(), [2.0, 2.0, 3.0].into());
+    let pictures = [(0, 1), (1 << 24, 3), (1 << 24, 8)].map(|(memory, threads)| {
+        let scene = listed(&source, memory).with_detail(2.0);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| picture(&scene, &bounds, 1)).unwrap()
+    });
+    assert!(pictures.iter().all(|picture| *picture == pictures[0]));
 }
 
 #[test]
@@ -248,13 +325,27 @@ fn porous_parts_stop_as_many_rays_as_they_do() {
     for n in [2, 6, 12] {
         let graph = graph(&dust(n));
         let lens = lens(&root_box(&graph, &Limits::default()).unwrap().aabb);
-        let (fine, coarse) = (whole(&graph), whole(&graph).with_detail(16.0));
-        let (mut fine, mut coarse) = (fine.tracer(), coarse.tracer());
-        let count = |found: &mut dyn FnMut([f64; 2]) -> bool| centres().filter(|place| found(*place)).count();
-        let expected = count(&mut |[x, y]| fine.nearest(&lens.ray(x, y)).is_some());
-        let found = count(&mut |place| look(&mut coarse, &lens, place).is_some());
-        assert!(found * 4 > expected * 3 && found * 3 < expected * 4, "{n}: {found} for {expected}");
+        // The last parts of 12 levels are too far below what is measured on demand, whose boxes are boxes of boxes.
+        for (coarse, levels) in [(whole(&graph), 12), (enveloped(&graph, 1 << 24), 6)] {
+            let ([only_fine, only_coarse], expected) =
+                count(&whole(&graph), &coarse.with_detail(16.0), &lens);
+            let found = expected + only_coarse - only_fine;
+            assert!(
+                n > levels || found * 4 > expected * 3 && found * 3 < expected * 4,
+                "{n}: {found} for {expected}"
+            );
+        }
     }
+}
+
+#[test]
+fn crowns_by_chance_stop_as_many_rays_as_they_do() {
+    let graph = graph(&tree(9, 3));
+    let lens = lens(&root_box(&graph, &Limits::default()).unwrap().aabb);
+    let ([only_fine, only_coarse], expected) =
+        count(&whole(&graph), &enveloped(&graph, 1 << 24).with_detail(4.0), &lens);
+    let found = expected + only_coarse - only_fine;
+    assert!(expected > 500 && found.abs_diff(expected) * 5 < expected, "{found} for {expected}");
 }
 
 #[test]

@@ -173,6 +173,30 @@ impl Envelopes {
         !self.keys.varies(self.key(state))
     }
 
+    /// What a state has in common with all states that differ from it by random numbers alone, where its envelope
+    /// [is common](Self::is_common) to these: a number below [`key_count`](Self::key_count).
+    ///
+    /// # Panics
+    /// As for `of`.
+    pub fn class(&self, state: &State) -> Option<u32> {
+        let key = self.key(state);
+        (!self.keys.varies(key)).then_some(key)
+    }
+
+    /// A state that differs from one by random numbers alone: of all that has no part in the envelopes, such as the seed,
+    /// nothing is left but a number. States of the same [class](Self::class) at the same node have the same typical ones.
+    #[must_use]
+    pub fn typical(&self, state: &State, number: f64) -> State {
+        let (node, mut env) = (state.node(), state.env().clone());
+        let control = self.keys.control();
+        for param in control.assigned().iter().filter(|param| !control.matters(node, **param)) {
+            if env.get(*param).is_some() {
+                env.set(*param, number);
+            }
+        }
+        self.graph.state(node, env)
+    }
+
     fn key(&self, state: &State) -> u32 {
         self.keys.number(state).expect("a state that the root leads to")
     }

@@ -14,11 +14,14 @@ use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use csg_graph::{EvalError, Graph, Node, State};
+use csg_graph_bounds::Aabb;
 use quick_cache::Weighter;
 use quick_cache::sync::Cache;
+use rustc_hash::FxHashMap;
 
 use super::bounds::StateBounds;
 use super::compile::{BYTES, Compiled};
+use super::survey::demand::Class;
 use super::unions::Unions;
 
 /// How much of a graph is in one block.
@@ -82,8 +85,31 @@ pub(super) struct OnDemand {
     pub(super) root: Arc<Compiled>,
     pub(super) remembered: Cache<State, Arc<Compiled>, Bytes>,
     pub(super) memory: usize,
+    /// What was measured, by class and rounds.
+    classes: Mutex<FxHashMap<(u32, u8), Arc<Class>>>,
     /// What threads hold together, in bytes.
     pub(super) held: Mutex<usize>,
+}
+
+impl Blocks {
+    pub(super) fn on_demand(&self) -> Option<&OnDemand> {
+        match self {
+            Self::Whole(_) => None,
+            Self::OnDemand(source) => Some(source),
+        }
+    }
+
+    /// In how many rounds parts are measured when rays come to them. What is random ends, and has leaves not far
+    /// below; for what never ends, more would only make it thinner.
+    pub(super) fn rounds(&self) -> u8 {
+        match self {
+            Self::Whole(_) => 0,
+            Self::OnDemand(source) => match source.bounds {
+                StateBounds::Exact(_) => 1,
+                StateBounds::Envelopes(_) => 2,
+            },
+        }
+    }
 }
 
 #[derive(Clone)]
@@ -104,8 +130,8 @@ impl OnDemand {
         let unions = Unions::new(&graph);
         let coarse = Granularity::coarse(&graph, &bounds);
         let root = Self::compile(&graph, &bounds, &unions, graph.root_state(), coarse)?;
-        let (granularity, held) = (Granularity::FINE, Mutex::new(0));
-        Ok(Self { graph, unions, bounds, granularity, root, remembered, memory, held })
+        let (granularity, classes, held) = (Granularity::FINE, Mutex::default(), Mutex::new(0));
+        Ok(Self { graph, unions, bounds, granularity, root, remembered, memory, classes, held })
     }
 
     /// The same for rays that look into everything, or into what is large only.
@@ -131,8 +157,31 @@ impl OnDemand {
         state: State,
         granularity: Granularity,
     ) -> Result<Arc<Compiled>, EvalError> {
-        let block = Compiled::block(graph, bounds.as_ref(), unions, state, granularity)?;
-        Ok(Arc::new(block.with_parts().with_node_sizes()))
+        let block = Compiled::block(graph, bounds.as_ref(), unions, state, granularity)?.with_parts();
+        // By chance there are too many blocks for their nodes to be measured, and what is not measured would stop all rays.
+        let has_node_sizes = matches!(bounds, StateBounds::Exact(_));
+        Ok(Arc::new(if has_node_sizes { block.with_node_sizes() } else { block }))
+    }
+
+    /// The class of a state in so many rounds, if it has one.
+    pub(super) fn class(&self, state: &State, rounds: u8) -> Option<Arc<Class>> {
+        let key = (self.bounds.class(state)?, rounds);
+        let mut classes = self.classes.lock().expect("nobody panics while adding a class");
+        Some(Arc::clone(classes.entry(key).or_insert_with(|| Arc::new(Class::new(state.clone(), rounds)))))
+    }
+
+    pub(super) fn class_count(&self) -> usize {
+        self.bounds.class_count()
+    }
+
+    /// States that stand for all of the class of one.
+    pub(super) fn typical(&self, state: &State) -> Vec<State> {
+        self.bounds.typical(state)
+    }
+
+    /// The box of a state.
+    pub(super) fn bounds_of(&self, state: &State) -> Option<Aabb> {
+        self.bounds.as_ref().of(state).ok().map(|extent| extent.aabb)
     }
 
     /// Remembers less where a thread holds more than it did.

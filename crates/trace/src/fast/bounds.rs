@@ -30,7 +30,35 @@ pub(crate) struct Extent {
     envelope: OnceCell<Option<Box<Envelope>>>,
 }
 
+/// Of states by chance, so many stand for all that have the same class: what chance has made of them.
+const TYPICAL: [f64; 2] = [0.359, 0.618];
+
 impl StateBounds {
+    /// What a state has in common with others that look alike from afar: if states are listed, it is alone; by chance,
+    /// it is one of all those with the same envelope.
+    pub(super) fn class(&self, state: &State) -> Option<u32> {
+        match self {
+            Self::Exact(_) => self.as_ref().index_of(state),
+            Self::Envelopes(envelopes) => envelopes.class(state),
+        }
+    }
+
+    /// How many classes there are, at most.
+    pub(super) fn class_count(&self) -> usize {
+        match self {
+            Self::Exact(boxes) => boxes.states().len(),
+            Self::Envelopes(envelopes) => envelopes.key_count(),
+        }
+    }
+
+    /// States that stand for all of the class of one.
+    pub(super) fn typical(&self, state: &State) -> Vec<State> {
+        match self {
+            Self::Exact(_) => vec![state.clone()],
+            Self::Envelopes(envelopes) => TYPICAL.map(|chance| envelopes.typical(state, chance)).into(),
+        }
+    }
+
     pub(super) fn as_ref(&self) -> Bounds<'_> {
         match self {
             Self::Exact(boxes) => Bounds::Exact(boxes),

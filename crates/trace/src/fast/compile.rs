@@ -15,7 +15,7 @@
 //! become shorter the more states there are. Where there are too many for any list, [blocks](super::blocks) are compiled
 //! when rays come to them: one state opened, with *gates* to the blocks of the states where its list breaks off.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use csg_graph::{AttributeTerm, EvalError, Graph, NodeId, Operator, Primitive, State};
 use csg_graph_bounds::Aabb;
@@ -25,12 +25,14 @@ use smallvec::SmallVec;
 
 use super::blocks::Granularity;
 use super::bounds::Bounds;
+use super::cover::Cover;
 use super::detail::Part;
 use super::lists::{Lists, SHORTEST};
 use super::look::Looks;
 use super::sample::Sample;
 use super::slabs::{self, Slabs};
 use super::states::{Kind, Paint, Place, Resolved, States};
+use super::survey::demand::Class;
 use super::tree::{self, Child, Node};
 use super::unions::Unions;
 
@@ -50,6 +52,8 @@ pub(super) struct Compiled {
     pub(super) parts: Vec<Part>,
     /// And what is seen of what is too small.
     pub(super) looks: Looks,
+    /// Of a block whose nodes may stand for what is in them, their covers, once somebody has come to a small one.
+    pub(super) covers: OnceLock<Box<[Cover]>>,
     pub(super) paints: Vec<Paint>,
     /// Of each item, the state of the last S-node between, by its place among all states; not among the items, where rays
     /// would carry it along.
@@ -86,6 +90,8 @@ pub(super) struct Gate {
     pub(super) first: u32,
     /// What is seen of it from afar, once somebody has seen it; none if there is something wrong with it.
     pub(super) sample: OnceLock<Option<Box<Sample>>>,
+    /// And those that it has its cover in common with, if any.
+    pub(super) class: OnceLock<Option<Arc<Class>>>,
 }
 
 /// A part of a super-node.
@@ -183,14 +189,17 @@ impl Compiled {
         // What an allocator adds to each piece of memory, and how many pieces there are but for gates and hulls.
         const HEADER: usize = 16;
         const PIECES: usize = 10;
-        let Self { gates, paints, symbols, .. } = self;
+        let Self { nodes, gates, paints, symbols, .. } = self;
         let gate = |gate: &Gate| size_of_val(gate) + gate.state.bytes() + size_of::<Sample>() + 2 * HEADER;
         let gates = gates.iter().map(gate);
+        let has_covers = nodes.first().is_some_and(|node| node.size.is_finite());
+        let covers = if has_covers { size_of::<Cover>() * nodes.len() } else { 0 };
         let heap = |paint: &Paint| if paint.spilled() { size_of_val(&**paint) } else { 0 };
         let paints = paints.iter().map(|paint| size_of_val(paint) + heap(paint));
         size_of::<Self>()
             + PIECES * HEADER
             + self.bytes()
+            + covers
             + gates.sum::<usize>()
             + paints.sum::<usize>()
             + size_of_val(&**symbols)
@@ -238,7 +247,8 @@ impl Compiled {
                         (_, Some(number)) => Content::Solid(*number),
                         (None, None) => Content::Gate(*gates.entry(place.target).or_insert_with(|| {
                             let (state, first) = (state.clone(), index(compiled.items.len()));
-                            compiled.gates.push(Gate { state, first, sample: OnceLock::new() });
+                            let (sample, class) = (OnceLock::new(), OnceLock::new());
+                            compiled.gates.push(Gate { state, first, sample, class });
                             index(compiled.gates.len() - 1)
                         })),
                     },
@@ -274,8 +284,7 @@ impl Compiled {
 
     /// Gives back memory that was asked for and is not used.
     fn shrink(&mut self) {
-        let Self { supers, nodes, slabs, items, shapes, solids, gates, parts: _, looks: _, paints, symbols } =
-            self;
+        let Self { supers, nodes, slabs, items, shapes, solids, gates, paints, symbols, .. } = self;
         if symbols.iter().all(Option::is_none) {
             symbols.clear();
         }

@@ -10,13 +10,14 @@
 //! machine, since on its last digits depends whether a part is looked into. So a node of a tree or an item is judged by one
 //! comparison, of its diagonal with the footprint where the ray meets its box.
 //!
-//! Of what is compiled at once it is [measured](super::look) how many rays a part stops. A ray goes through what it meets of
-//! such parts until they cover more than some number by chance that it has: so they are as light as they are.
+//! It is measured how many rays a part stops: [before the first ray](super::survey) of what is compiled at once, and of what is
+//! compiled on demand, [when one comes to it](super::survey::demand). A ray goes through what it meets of such parts until they
+//! cover more than some number by chance that it has: so they are as light as they are.
 
 use csg_graph_bounds::Aabb;
 use glam::{DVec3, Mat3, Mat3A, Vec3, Vec3A};
 
-use super::compile::{Compiled, Content, Item, SuperNode};
+use super::compile::{Compiled, Content, Item, SuperNode, index};
 use super::cover::behind;
 use super::frame::narrow;
 use super::hits::Place;
@@ -267,15 +268,19 @@ impl Compiled {
 
     /// Keeps how large all nodes are as well, so that the box of one stands for what is in it.
     pub(super) fn with_node_sizes(mut self) -> Self {
-        for (number, ball) in (0..).zip(&self.supers) {
+        for number in 0..index(self.supers.len()) {
             for at in self.nodes_of(number) {
-                let node = &mut self.nodes[at];
-                let slots = 0..WIDTH.min(node.count as usize);
-                let bounds = slots.map(|slot| node.bounds(slot)).fold(Aabb::EMPTY, Aabb::join);
-                node.size = narrow(ball.bounds(bounds).size().length());
+                self.nodes[at].size = narrow(self.node_bounds(number, at).size().length());
             }
         }
         self
+    }
+
+    /// The box of a node of a super-node, in the frame of that.
+    pub(super) fn node_bounds(&self, number: u32, at: usize) -> Aabb {
+        let node = &self.nodes[at];
+        let slots = (0..WIDTH.min(node.count as usize)).map(|slot| node.bounds(slot));
+        self.supers[number as usize].bounds(slots.fold(Aabb::EMPTY, Aabb::join))
     }
 }
 

@@ -11,13 +11,16 @@ use std::sync::Arc;
 
 use csg_graph::{EvalError, Fault, State};
 use elsa::FrozenVec;
+use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::blocks::{Blocks, HELD};
-use super::compile::{Compiled, Content, Item, SuperNode, index};
+use super::compile::{Compiled, Content, Gate, Item, SuperNode, index};
 use super::detail::Footprint;
-use super::hits::{Hits, Place};
+use super::hits::{Hits, Place, ROOT};
 use super::sample::{Dice, Sample};
+use super::survey::demand::measure_nodes;
+use super::tree::Child;
 
 /// About what it takes to know where a gate or a state leads, in bytes.
 const ENTRY: usize = 64;
@@ -64,8 +67,12 @@ pub(super) struct Held<'a> {
     behind: RefCell<FxHashMap<(u32, u32), Option<u32>>>,
     /// The numbers of the blocks, by their states: many gates lead to one.
     numbers: RefCell<FxHashMap<State, u32>>,
-    /// Of each block, its bytes and the last question that came to it.
-    visits: RefCell<Vec<(usize, u32)>>,
+    /// Of each block, itself, its bytes and the last question that came to it.
+    visits: RefCell<Vec<(Arc<Compiled>, usize, u32)>>,
+    /// In how many rounds parts are measured that rays come to.
+    rounds: u8,
+    /// The most bytes, if it is not the memory that says so.
+    limit: Option<usize>,
     share: Share<'a>,
     question: u32,
     /// The bytes of all blocks that the rays of the question have come to, and the most that they may.
@@ -77,6 +84,9 @@ pub(super) struct Held<'a> {
     deepest: Cell<usize>,
 }
 
+/// The bytes of blocks that are held where lines measure one.
+const ALONE: usize = 1 << 20;
+
 /// How many questions below operators may wait for each other at first: what is listed ends.
 fn deepest(source: &Blocks) -> usize {
     match source {
@@ -86,13 +96,28 @@ fn deepest(source: &Blocks) -> usize {
 }
 
 impl<'a> Held<'a> {
-    pub(super) fn new(source: &'a Blocks) -> Self {
+    pub(super) fn new(source: &'a Blocks, rounds: u8) -> Self {
+        let root = match source {
+            Blocks::Whole(whole) => Arc::clone(whole),
+            Blocks::OnDemand(source) => Arc::clone(&source.root),
+        };
+        Self::at(source, root, rounds, None)
+    }
+
+    /// A block as if it were the root.
+    pub(super) fn alone(source: &'a Blocks, block: Arc<Compiled>, rounds: u8) -> Self {
+        Self::at(source, block, rounds, Some(ALONE))
+    }
+
+    fn at(source: &'a Blocks, root: Arc<Compiled>, rounds: u8, limit: Option<usize>) -> Self {
         let held = Self {
             source,
             blocks: FrozenVec::new(),
             behind: RefCell::default(),
             numbers: RefCell::default(),
             visits: RefCell::default(),
+            rounds,
+            limit,
             share: Share { source, bytes: Cell::new(0), noted: Cell::new(0) },
             question: 0,
             come_to: Cell::new(0),
@@ -100,17 +125,14 @@ impl<'a> Held<'a> {
             fault: Cell::new(None),
             deepest: Cell::new(deepest(source)),
         };
-        held.hold(match source {
-            Blocks::Whole(whole) => Arc::clone(whole),
-            Blocks::OnDemand(source) => Arc::clone(&source.root),
-        });
+        held.hold(root);
         held
     }
 
     fn hold(&self, block: Arc<Compiled>) -> u32 {
         let bytes = block.all_bytes();
         self.share.add(bytes);
-        self.visits.borrow_mut().push((bytes, 0));
+        self.visits.borrow_mut().push((Arc::clone(&block), bytes, 0));
         self.blocks.push(block);
         index(self.blocks.len() - 1)
     }
@@ -118,10 +140,12 @@ impl<'a> Held<'a> {
     /// Begins a question. Lets go of what is held if it is too much, and says so: numbers are void then.
     pub(super) fn renew(&mut self) -> bool {
         let Blocks::OnDemand(source) = self.source else { return false };
-        let is_too_much = self.share.bytes.get() > source.memory / HELD / rayon::current_num_threads();
+        let limit = || source.memory / HELD / rayon::current_num_threads();
+        let is_too_much = self.share.bytes.get() > self.limit.unwrap_or_else(limit);
         if is_too_much {
             let (fault, deepest) = (Cell::new(self.fault.take()), self.deepest.clone());
-            *self = Self { fault, deepest, ..Self::new(self.source) };
+            let root = Arc::clone(&self.visits.borrow()[ROOT as usize].0);
+            *self = Self { fault, deepest, ..Self::at(self.source, root, self.rounds, self.limit) };
         }
         self.begin(usize::MAX);
         is_too_much
@@ -183,7 +207,7 @@ impl<'a> Held<'a> {
             self.share.add(ENTRY);
             found
         })?;
-        let (bytes, question) = &mut self.visits.borrow_mut()[number as usize];
+        let (_, bytes, question) = &mut self.visits.borrow_mut()[number as usize];
         if std::mem::replace(question, self.question) != self.question {
             self.come_to.set(self.come_to.get() + *bytes);
         }
@@ -250,6 +274,34 @@ impl<'a> Held<'a> {
         }
     }
 
+    /// What share of the rays in a direction a small child of a super-node stops. If nobody can say, it stops all.
+    pub(super) fn cover(&self, number: u32, child: Child, direction: DVec3) -> Option<f32> {
+        let source = self.source.on_demand().filter(|_| self.rounds > 0)?;
+        let block = self.block(number);
+        let item = match child.get() {
+            Ok(item) => item,
+            Err(node) => {
+                let measure = || {
+                    let block = Arc::clone(&self.visits.borrow()[number as usize].0);
+                    measure_nodes(self.source, &block, self.rounds)
+                };
+                return Some(block.covers.get_or_init(measure)[node].along(direction));
+            }
+        };
+        let Content::Gate(gate) = block.items[item].content else { return None };
+        let Gate { state, class, .. } = &block.gates[gate as usize];
+        let known;
+        let class = if self.rounds == self.source.rounds() {
+            class.get_or_init(|| source.class(state, self.rounds))
+        } else {
+            known = source.class(state, self.rounds);
+            &known
+        };
+        let class = class.as_ref()?;
+        let inside = &block.items[item].item_from_super.matrix3;
+        class.along(self.source, inside, &block.parts[item].bounds, direction)
+    }
+
     /// What is seen of a part that is too small to be looked into.
     pub(super) fn sample(&self, block: u32, part: Place) -> Sample {
         let (block, at) = (self.block(block), part.item as usize);
@@ -287,7 +339,6 @@ mod tests {
 
     use super::super::blocks::OnDemand;
     use super::super::bounds::StateBounds;
-    use super::super::hits::ROOT;
     use super::*;
 
     /// A tree that is all alike but for its angles, under a limit for what rays come to together.
@@ -307,7 +358,7 @@ mod tests {
     #[test]
     fn what_is_too_much_together_is_not_for_one() {
         let blocks = blocks(0);
-        let mut held = Held::new(&blocks);
+        let mut held = Held::new(&blocks, 0);
         assert!(held.block(ROOT).gates.len() > 1);
         held.go_together();
         assert!(held.enter(ROOT, 0).is_some() && held.enter(ROOT, 1).is_none());
@@ -326,7 +377,7 @@ mod tests {
         let blocks = blocks(usize::MAX);
         let Blocks::OnDemand(source) = &blocks else { unreachable!("it was made so") };
         let all = source.remembered.capacity();
-        let held = Held::new(&blocks);
+        let held = Held::new(&blocks, 0);
         let mut open = vec![ROOT];
         while let Some(number) = open.pop()
             && *source.held.lock().unwrap() <= STEP

@@ -3,7 +3,6 @@
 use fearless_simd::Simd;
 
 use super::compile::Compiled;
-use super::cover::Cover;
 use super::held::Held;
 use super::hits::{Hits, Place};
 use super::lanes::transform;
@@ -67,12 +66,16 @@ impl Inquiry<'_> {
         ray: &Ray,
         t: f64,
     ) {
+        let number = self.hits.block(way);
         let Some(detail) = &mut self.hits.detail else { return };
         if detail.leaves(way, ray, t) {
             return;
         }
-        let mut stops = |cover: &Cover| detail.stops(lane, ray, cover.along(ray.direction), cover.apart);
-        if block.cover(child).is_none_or(&mut stops) {
+        let cover = match block.cover(child) {
+            Some(cover) => Some([cover.along(ray.direction), cover.apart]),
+            None => self.held.cover(number, child, ray.direction).map(|cover| [cover, 0.0]),
+        };
+        if cover.is_none_or(|[cover, apart]| detail.stops(lane, ray, cover, apart)) {
             self.answer(lane, t, Place::box_of(way, child), || (way, *ray));
         }
     }

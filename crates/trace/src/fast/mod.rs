@@ -72,6 +72,7 @@ use self::resolve::Coat;
 use self::single::Single;
 use self::solid::Solids;
 use self::together::Together;
+use self::tree::Child;
 use crate::{Counters, Hit, Ray};
 
 /// Rays that are traced together.
@@ -128,7 +129,7 @@ impl Accelerated {
     /// Looks into nothing that is smaller than so many pixels: its box stands for it, and stops as many of the rays as what
     /// is in it would. A silhouette is then off by no more than that. 0 is to look into everything, which recursion that
     /// never ends does not allow. What is compiled at once is measured for that, which takes about as much time and
-    /// memory again; the box of what is compiled on demand stops all rays.
+    /// memory again; what is compiled on demand is measured when a ray comes to something small of it.
     pub fn with_detail(self, pixels: f64) -> Self {
         let blocks = match self.blocks {
             Blocks::Whole(whole) if pixels > 0.0 => {
@@ -152,10 +153,17 @@ impl Accelerated {
 
     /// A tracer; each thread has its own.
     pub fn tracer(&self) -> Tracer<'_> {
-        let mut tracer = Tracer {
-            level: self.level,
-            detail: self.detail,
-            held: Held::new(&self.blocks),
+        let rounds = if self.detail > 0.0 { self.blocks.rounds() } else { 0 };
+        Tracer::new(Held::new(&self.blocks, rounds), self.level, self.detail)
+    }
+}
+
+impl<'a> Tracer<'a> {
+    fn new(held: Held<'a>, level: Level, detail: f64) -> Self {
+        let mut tracer = Self {
+            level,
+            detail,
+            held,
             packet: Packet::default(),
             single: Single::default(),
             hits: Hits::new(),
@@ -173,6 +181,20 @@ impl Accelerated {
         tracer.root.root(&tracer.held);
         tracer.set_footprint(Footprint::LINE);
         tracer
+    }
+
+    /// One for lines through a block on its own that look into nothing smaller than a `width`, and of which small parts stop
+    /// as many as is found of these in so many rounds.
+    fn of_lines(source: &'a Blocks, block: Arc<Compiled>, rounds: u8, width: f64) -> Self {
+        let mut tracer = Self::new(Held::alone(source, block, rounds), Level::new(), 1.0);
+        tracer.set_footprint(Footprint { width, spread: 0.0 });
+        tracer
+    }
+
+    /// Whether a line is stopped anywhere, or below a node of the first super-node.
+    fn is_stopped(&mut self, line: &Ray, node: Option<Child>) -> bool {
+        self.trace_from(line, f64::INFINITY, Ask::Any, node);
+        self.hits.found(0).is_some()
     }
 }
 
@@ -308,10 +330,15 @@ impl Tracer<'_> {
     }
 
     fn trace_one(&mut self, ray: &Ray, end: f64, ask: Ask) {
+        self.trace_from(ray, end, ask, None);
+    }
+
+    #[inline(always)]
+    fn trace_from(&mut self, ray: &Ray, end: f64, ask: Ask, node: Option<Child>) {
         self.begin();
         let Self { level, held, single, hits, solids, .. } = self;
         hits.clear([end; PACKET]);
-        let Some(start) = Single::start(held, ray) else { return };
+        let Some(start) = Single::start(held, ray, node) else { return };
         let work = Work::default();
         let has_detail = hits.detail.is_some();
         let mut inquiry = Inquiry { held, ask, hits, solids, work };

@@ -144,11 +144,11 @@ impl Single {
         self.levels[at] = level;
     }
 
-    /// A ray at the root.
+    /// A ray at the root, or at a node of its tree.
     #[inline(always)]
-    pub(super) fn start(held: &Held<'_>, ray: &Ray) -> Option<(Narrow, Child)> {
+    pub(super) fn start(held: &Held<'_>, ray: &Ray, node: Option<Child>) -> Option<(Narrow, Child)> {
         let root = &held.block(ROOT).supers[0];
-        let child = root.root?;
+        let child = node.or(root.root)?;
         let narrow = match child.get() {
             Ok(_) => Narrow::alone(*ray, ROOT, START),
             Err(_) => Narrow::new(*ray, root, ROOT, START)?,

@@ -8,6 +8,7 @@
 //! the same lines, and what the covers of the children would have it be if these were side by side, by chance, or one behind
 //! the other. One number is fitted to that for each super-node.
 
+pub(super) mod demand;
 mod estimate;
 mod faces;
 mod lines;
@@ -194,9 +195,7 @@ impl Survey<'_> {
     fn look_at(&mut self, number: u32, node: usize, arrangement: &mut Arrangement) {
         let block = self.block;
         let ball = &block.supers[number as usize];
-        let unit = &block.nodes[node];
-        let unit = (0..WIDTH.min(unit.count as usize)).map(|slot| unit.bounds(slot));
-        let bounds = ball.bounds(unit.fold(Aabb::EMPTY, Aabb::join));
+        let bounds = block.node_bounds(number, node);
         self.found.bounds[node] = bounds;
         if !bounds.is_bounded() || bounds.surface_area() <= 0.0 {
             return;

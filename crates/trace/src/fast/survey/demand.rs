@@ -1,0 +1,128 @@
+//! Measures what is compiled on demand, when a ray first comes to something small of it.
+//!
+//! What cannot be listed cannot be measured from the leaves upwards, and what never ends has no leaves. But rays can be asked:
+//! lines through the box of a part are traced as if a pixel were a tenth of its size. In a round, the boxes of what is
+//! then too small stop all lines; in each further one, they stop as many as was found of them by one round less. So the
+//! recursion is followed some steps below what is seen, whatever the number of its levels, and then ends in boxes.
+//!
+//! Where states are listed, each is measured. Where they differ by chance, a [class](Class) of them is, by some that stand
+//! for all. What is measured is a function of the class, so that it is no matter who comes to it first.
+
+use std::sync::{Arc, OnceLock};
+
+use csg_graph::State;
+use csg_graph_bounds::Aabb;
+use glam::{DMat3, DVec3};
+
+use super::estimate::{Tally, shrink};
+use super::lines::{Throws, flux};
+use super::{ALL_LINES, FEW_LINES, LINES, LINES_BELOW, STRIDE};
+use crate::fast::Tracer;
+use crate::fast::blocks::Blocks;
+use crate::fast::compile::Compiled;
+use crate::fast::cover::{CELLS, Cover};
+use crate::fast::frame::narrow;
+use crate::fast::sample::Dice;
+use crate::fast::tree::Child;
+
+/// Lines are traced down to parts of that share of the size of what is measured, or less.
+const SHARE: f64 = 0.1;
+
+/// States that differ by chance alone, or a listed one, and what they cover in a number of rounds.
+#[derive(Debug)]
+pub(in crate::fast) struct Class {
+    /// One of them.
+    state: State,
+    rounds: u8,
+    /// The box of all, and the share of the lines through it that one stops; none if it is flat, or that cannot be found out.
+    cells: OnceLock<Option<(Aabb, [f32; CELLS])>>,
+}
+
+impl Class {
+    pub(in crate::fast) fn new(state: State, rounds: u8) -> Self {
+        Self { state, rounds, cells: OnceLock::new() }
+    }
+
+    /// The share of the rays in a direction through a box about a part of this class that are stopped; none if its box has to
+    /// stand for it.
+    pub(in crate::fast) fn along(
+        &self,
+        source: &Blocks,
+        state_from_outside: &DMat3,
+        outer: &Aabb,
+        direction: DVec3,
+    ) -> Option<f32> {
+        let (inner, cells) = self.cells(source)?;
+        let inside = *state_from_outside * direction;
+        let share = cells[super::cover::cell(inside)];
+        let size = flux(inner, inside) / state_from_outside.determinant().abs();
+        // What is as thin as nothing may be seen from its edge.
+        let part = size / flux(outer, direction);
+        part.is_finite().then(|| narrow((f64::from(share) * part).clamp(0.0, 1.0)))
+    }
+
+    fn cells(&self, source: &Blocks) -> Option<&(Aabb, [f32; CELLS])> {
+        let measure = || {
+            let demand = source.on_demand()?;
+            let bounds = demand.bounds_of(&self.state)?;
+            if !is_measured(&bounds) {
+                return None;
+            }
+            let width = SHARE * bounds.size().length();
+            let blocks =
+                demand.typical(&self.state).into_iter().filter_map(|state| demand.block(&state).ok());
+            let mut tracers: Vec<Tracer<'_>> =
+                blocks.map(|block| Tracer::of_lines(source, block, self.rounds - 1, width)).collect();
+            // Where chance makes a difference, the few that stand for all are no closer than that.
+            let lines = most(demand.class_count(), LINES / tracers.len().max(1));
+            (!tracers.is_empty()).then(|| (bounds, cells(&mut tracers, None, &bounds, lines)))
+        };
+        self.cells.get_or_init(measure).as_ref()
+    }
+}
+
+/// Measures all nodes of the first super-node of a block, which is a block of listed states.
+pub(in crate::fast) fn measure_nodes(source: &Blocks, block: &Arc<Compiled>, rounds: u8) -> Box<[Cover]> {
+    let mut covers = vec![Cover::ALL; block.nodes.len()];
+    let Some(demand) = source.on_demand() else { return covers.into() };
+    let lines = most(demand.class_count() * covers.len(), LINES_BELOW);
+    for node in block.nodes_of(0) {
+        let bounds = block.node_bounds(0, node);
+        if is_measured(&bounds) {
+            let width = SHARE * bounds.size().length();
+            let mut tracer = [Tracer::of_lines(source, Arc::clone(block), rounds - 1, width)];
+            let cells = cells(&mut tracer, Some(Child::node(node)), &bounds, lines);
+            covers[node] = Cover { cells, apart: 0.0 };
+        }
+    }
+    covers.into()
+}
+
+/// How many lines are drawn through each of so many boxes.
+fn most(boxes: usize, lines: usize) -> usize {
+    (ALL_LINES / boxes.max(1)).clamp(FEW_LINES * CELLS, lines * CELLS)
+}
+
+/// The share of the lines through a box that are stopped in what tracers begin with or in a node of it, by direction.
+fn cells(tracers: &mut [Tracer<'_>], node: Option<Child>, bounds: &Aabb, lines: usize) -> [f32; CELLS] {
+    let mut dice = Dice::at(bounds.min);
+    let throws: [Throws; CELLS] = std::array::from_fn(|_| Throws::new(&mut dice));
+    let mut tallies = [Tally::default(); CELLS];
+    let count = tracers.len();
+    for number in 0..lines {
+        let cell = number * STRIDE % CELLS;
+        let (line, weight) = throws[cell].line(bounds, cell, number / CELLS);
+        let is_stopped = tracers[number / CELLS % count].is_stopped(&line, node);
+        tallies[cell].add(weight, f64::from(u8::from(is_stopped)));
+    }
+    // Nothing is known beforehand of how directions differ.
+    shrink(&tallies, &[1.0; CELLS]).map(narrow)
+}
+
+/// Whether a box stands for what is in it, or lines through it tell more. What is flat is a piece of a sheet: as there is
+/// nothing behind it, chance would make holes where it meets others.
+fn is_measured(bounds: &Aabb) -> bool {
+    /// Of the size: what is as thin is flat.
+    const FLAT: f64 = 1e-5;
+    bounds.is_bounded() && bounds.size().min_element() > FLAT * bounds.size().length()
+}
