@@ -143,12 +143,12 @@ fn the_cost_view_does_not_depend_on_the_number_of_samples() {
 fn what_cannot_have_been_saved_is_refused() {
     let mut file = Vec::new();
     LatentImage::new(&SETTINGS).unwrap().save(&mut file).unwrap();
-    for length in [0, 7, 60, file.len() - 1] {
+    for length in [0, 7, 68, file.len() - 1] {
         let error = LatentImage::load(&SETTINGS, &mut &file[..length]).unwrap_err();
         assert!(matches!(error, LoadError::Read(_)), "{error}");
     }
     // The goal of the first square, behind the counters and the square's samples.
-    file[56] = 21;
+    file[64] = 21;
     let error = LatentImage::load(&SETTINGS, &mut file.as_slice()).unwrap_err();
     assert!(matches!(error, LoadError::Count { taken: 0, goal: 21, samples: 20 }), "{error}");
     let settings = Settings { samples: 0, ..SETTINGS };

@@ -159,9 +159,11 @@ fn aiming_at_the_sun_finds_the_light_that_chance_finds() {
 
     let (far, radius) = (1e5, 1e5 * libm::sin(f64::to_radians(diameter / 2.0)));
     let (at, radiance) = (direction * far, sun.radiance());
+    let brightest = radiance.max_element();
+    let pigment = radiance / brightest;
     let ball = format!(
-        "move({}, {}, {}) color({}, {}, {}) material(emission = 1, diffuse = 0) uscale({radius}) sphere",
-        at.x, at.y, at.z, radiance.x, radiance.y, radiance.z
+        "move({}, {}, {}) color({}, {}, {}) material(emission = {brightest}, diffuse = 0) uscale({radius}) sphere",
+        at.x, at.y, at.z, pigment.x, pigment.y, pigment.z
     );
     let found = black().picture(&format!("{{}} {things} | {ball}"), 30.0, &settings);
 

@@ -100,9 +100,11 @@ fn all_levels_of_vector_instructions_measure_and_meet_small_parts_alike() {
 /// A tetrahedron of balls fills a third of its box.
 #[test]
 fn slabs_save_work_and_change_no_hit() {
-    let source = "{ n = 20; } ST ST if(n > 0, 2, 1) 1: ST -> sphere 2: ST -> {n = n - 1} (
-        move(1, 1, 1) uscale(0.5) ST | move(1, -1, -1) uscale(0.5) ST
-        | move(-1, 1, -1) uscale(0.5) ST | move(-1, -1, 1) uscale(0.5) ST)";
+    let source = "{ n = 20; } ST
+        ST if(n > 0, 2, 1)
+        1: ST -> sphere
+        2: ST -> {n = n - 1} (move(1, 1, 1) uscale(0.5) ST | move(1, -1, -1) uscale(0.5) ST
+            | move(-1, 1, -1) uscale(0.5) ST | move(-1, -1, 1) uscale(0.5) ST)";
     let graph = csg_graph_grammar::load(source, &[]).expect("a scene").scene.graph;
     let boxes = exact(&graph, &Limits::default()).unwrap();
     let with_slabs = Compiled::whole(&graph, Bounds::Exact(&boxes), 1 << 18).unwrap();
