@@ -100,11 +100,18 @@ fn all_levels_of_vector_instructions_measure_and_meet_small_parts_alike() {
 /// A tetrahedron of balls fills a third of its box.
 #[test]
 fn slabs_save_work_and_change_no_hit() {
-    let source = "{ n = 20; } ST
+    let source = "{ n = 40; } ST
         ST if(n > 0, 2, 1)
         1: ST -> sphere
-        2: ST -> {n = n - 1} (move(1, 1, 1) uscale(0.5) ST | move(1, -1, -1) uscale(0.5) ST
-            | move(-1, 1, -1) uscale(0.5) ST | move(-1, -1, 1) uscale(0.5) ST)";
+        2: ST -> {n = n - 1} (
+            move(0.5, 0.5, 0.5) uscale(0.5) ST | move(0.5, -0.5, -0.5) uscale(0.5) ST
+            | move(-0.5, 0.5, -0.5) uscale(0.5) ST | move(-0.5, -0.5, 0.5) uscale(0.5) ST)";
+    let camera =
+        crate::Camera { eye: DVec3::new(3.4, -2.3, 1.6), target: DVec3::ZERO, up: DVec3::Z, fov: 40.0 };
+    let lens = camera.lens(40, 40).unwrap();
+    let rays: Vec<Ray> =
+        (0..1600).map(|pixel| lens.ray(f64::from(pixel % 40) + 0.5, f64::from(pixel / 40) + 0.5)).collect();
+
     let graph = csg_graph_grammar::load(source, &[]).expect("a scene").scene.graph;
     let boxes = exact(&graph, &Limits::default()).unwrap();
     let with_slabs = Compiled::whole(&graph, Bounds::Exact(&boxes), 1 << 18).unwrap();
@@ -115,7 +122,7 @@ fn slabs_save_work_and_change_no_hit() {
         let (blocks, level) = (Blocks::Whole(Arc::new(compiled)), Level::new());
         let scene = Accelerated { blocks, detail: 0.0, level };
         let mut tracer = scene.tracer();
-        let hits: Vec<_> = packets().flatten().map(|ray| tracer.nearest(&ray)).collect();
+        let hits: Vec<_> = rays.iter().map(|ray| tracer.nearest(ray)).collect();
         (hits, tracer.take_counters())
     });
     assert!(hits == expected);
