@@ -36,8 +36,8 @@ pub struct EngineArgs {
     /// Memory for scenes whose states cannot all be listed, and for those that are: bytes, or with a suffix K, M or G of
     /// 1024 each
     ///
-    /// The picture has to fit into it as well, in any scene. With less, parts are made again more often; some megabytes for each thread are
-    /// needed in any case. The picture is the same for any.
+    /// The picture has to fit into it as well, in any scene. With less, parts are made again more often; some megabytes for
+    /// each thread are needed in any case. The picture is the same for any.
     #[arg(long, value_name = "BYTES", allow_hyphen_values = true, default_value = "1G", value_parser = bytes)]
     pub memory: usize,
     /// Voxels along the longest side of the grid; without it as many as suit the number of primitives

@@ -7,7 +7,8 @@
 //! - [`states`], [`unions`], [`lists`], [`compile`]: states to super-nodes and solids, with the boxes of [`bounds`];
 //! - [`blocks`]: all of the graph at once, or what rays come to; [`held`]: what of it a thread holds;
 //!   [`ahead`]: closer boxes of what rays may come to;
-//! - [`tree`], [`frame`], [`point`]: their boxes in single precision, and what is tested against them;
+//! - [`tree`], [`frame`], [`point`]: their boxes in single precision, and what is tested against them; [`slabs`]: what
+//!   single rays are tested against besides;
 //! - [`entry`]: where the rays of a beam begin, past the way that all of them have in common;
 //! - [`packet`], [`single`]: the first hit of rays together and alone; [`lanes`] and [`shapes`] are their arithmetic;
 //! - [`solid`], [`cuts`], [`face`]: the first boundary of the results of ∩ and \\, alone and together, and whose face it is;

@@ -19,8 +19,8 @@ use super::cuts::{Cuts, Firsts};
 use super::entry::{Entries, Entry};
 use super::frame::{Floats, Line, NarrowRays, float_bits, load};
 use super::hits::{Hits, Place, START};
-use super::lanes::{HALF, LANES, Lanes, Mask, Rays, each, transform};
-use super::shapes::{self, bits};
+use super::lanes::{HALF, LANES, Lanes, Mask, Rays, bits, each, transform};
+use super::shapes;
 use super::single::{self, Single};
 use super::tree::{Child, Node, WIDTH};
 

@@ -5,7 +5,7 @@ use csg_graph::{Hull, Primitive};
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f64x8, mask64x8};
 
 use super::lanes::Vec3x8;
-pub(super) use super::lanes::bits;
+use super::lanes::bits;
 
 /// Where eight lines are inside of a convex solid: from the first to the second, if that is greater.
 pub(super) type Span<S> = [f64x8<S>; 2];
