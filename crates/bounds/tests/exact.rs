@@ -510,6 +510,28 @@ fn results_do_not_depend_on_hash_order() {
     }
 }
 
+#[test]
+fn the_finest_part_is_the_last_with_parts_in_it() {
+    let share = |levels: u32| boxes(&sierpinski(levels)).finest();
+    assert!(share(0).is_infinite(), "a primitive has no parts");
+    // Two of the four last tetrahedra, which are a union in that of all four.
+    for levels in [1, 2, 10, 60, 1000] {
+        let half = libm::ldexp(1.0, 1 - levels);
+        let found = share(levels.unsigned_abs());
+        assert!(found > 0.8 * half && found < half, "{levels} levels: {found}");
+    }
+    // What clips them may have no end.
+    let mut b = GraphBuilder::new();
+    let [sphere, cube] = [Sphere, Cube].map(|kind| b.primitive(kind, []));
+    let both = b.union([sphere, cube]);
+    let small = mapped(&mut b, UScale, [1e-9], both);
+    let ground = b.primitive(HalfSpace, []);
+    let clipped = b.operator(Operator::Intersection, ground, small);
+    let all = b.union([cube, clipped]);
+    let finest = boxes(&b.finish(all).unwrap()).finest();
+    assert!(finest > 0.4e-9 && finest < 1.1e-9, "{finest}");
+}
+
 /// Its unfolded tree has 2 to the power of `levels` leaves.
 fn dag(levels: u32) -> Dag {
     Dag { levels, turns: [-0.5, 0.8] }

@@ -10,7 +10,7 @@ use csg_graph_trace::{Accelerated, Engine, Grid, StateBounds};
 use crate::args::{BoxesArg, EngineArg, MethodArg, Plan};
 use crate::load::Loaded;
 use crate::regime::Regime;
-use crate::{Failure, bounds};
+use crate::{Failure, bounds, say};
 
 /// The most boxes that the chain algorithm may compute where nobody asked for it: a second or two.
 const AFFORDABLE_CHAIN: u32 = 2_000_000;
@@ -93,6 +93,9 @@ impl<'a> Prepared<'a> {
             }
             (Plan::Fast { budget, detail, .. }, Regime::Finite(_)) => {
                 let boxes = exact_boxes(loaded)?;
+                if let Some(note) = too_fine(&boxes) {
+                    say(format_args!("\x1b[1;96mnote\x1b[0m: {}: {note}", loaded.name));
+                }
                 let bounding_time = start.elapsed();
                 let compiled =
                     Accelerated::new(graph, &boxes, budget).map_err(|error| loaded.failure(&error.into()))?;
@@ -104,6 +107,7 @@ impl<'a> Prepared<'a> {
             }
             (Plan::Grid { resolution, budget }, Regime::Finite(_)) => {
                 let boxes = exact_boxes(loaded)?;
+                refuse_too_fine(loaded, &boxes)?;
                 let bounding_time = start.elapsed();
                 let grid = Grid::new(graph, boxes, resolution, budget)
                     .map_err(|error| loaded.failure(&error.into()))?;
@@ -163,6 +167,21 @@ fn check_extent(loaded: &Loaded, root: &Aabb) -> Result<(), Failure> {
     Err(loaded.refused(reason))
 }
 
+/// What there is to say of a solid with parts too small for coordinates to tell apart, which rays would unfold.
+fn too_fine(boxes: &ExactBoxes<Graph>) -> Option<String> {
+    let (finest, limit) = (boxes.finest(), Accelerated::FINEST);
+    (finest < limit).then(|| {
+        format!(
+            "it has parts of {finest:.0e} of its size, too small for coordinates to tell them apart; the fast engine looks into nothing smaller than {limit:.0e} of the whole"
+        )
+    })
+}
+
+/// Refuses that for engines that look into everything.
+fn refuse_too_fine(loaded: &Loaded, boxes: &ExactBoxes<Graph>) -> Result<(), Failure> {
+    too_fine(boxes).map_or(Ok(()), |reason| Err(loaded.refused(reason)))
+}
+
 /// The boxes of the reference walk, if it has any.
 fn hyper_boxes(
     loaded: &Loaded,
@@ -177,6 +196,7 @@ fn hyper_boxes(
     };
     let boxes = bounds::hyper_boxes(method, loaded, analysis, max_steps)?;
     check_extent(loaded, &boxes.root)?;
+    refuse_too_fine(loaded, &exact_boxes(loaded)?)?;
     Ok(Some(boxes))
 }
 

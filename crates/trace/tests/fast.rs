@@ -377,6 +377,49 @@ fn at_depth_hits_are_those_of_the_walk() {
     }
 }
 
+/// A cube made of eight cubes of half its size, and these likewise.
+fn octants(levels: f64) -> Graph {
+    let mut b = GraphBuilder::new();
+    let n = b.param("n", levels);
+    let symbol = b.symbol("CUBE");
+    let cube = b.primitive(PrimitiveKind::Cube, []);
+    let parts = (0..8).map(|corner| {
+        let half = b.transform(TransformKind::UScale, [0.5.into()], symbol);
+        let at = [0, 1, 2].map(|axis| Expr::from(if corner >> axis & 1 == 0 { -0.5 } else { 0.5 }));
+        b.transform(TransformKind::Move, at, half)
+    });
+    let parts: Vec<NodeId> = parts.collect();
+    let union = b.union(parts);
+    let rest = b.calculate([(n, Expr::from(n) - 1.0)], union);
+    b.rules(symbol, Some(Expr::choose(Expr::from(n).gt(0.0), 2.0, 1.0)), [cube, rest]);
+    b.finish(symbol).unwrap()
+}
+
+/// Where its parts are 10⁻⁹⁰ of the whole, nothing tells them apart: what holds them stands for them.
+#[test]
+fn parts_beyond_all_digits_are_not_looked_into() {
+    let engines = [0.0, 40.0, 300.0].map(|levels| {
+        let graph = octants(levels);
+        let boxes = exact(&graph, &Limits::default()).unwrap();
+        assert_eq!(boxes.finest() < Accelerated::FINEST, levels > 100.0);
+        Accelerated::new(&graph, &boxes, Accelerated::DEFAULT_BUDGET).unwrap()
+    });
+    let [mut cube, others @ ..] = engines.each_ref().map(Accelerated::tracer);
+    let camera = Camera { eye: DVec3::new(3.4, -2.3, 1.6), target: DVec3::ZERO, up: DVec3::Z, fov: 60.0 };
+    let lens = camera.lens(64, 64).unwrap();
+    for mut tracer in others {
+        for pixel in 0..64 * 64 {
+            let ray = lens.ray(f64::from(pixel % 64), f64::from(pixel / 64));
+            let [found, expected] = [&mut tracer, &mut cube].map(|tracer| tracer.nearest(&ray));
+            let is_same = match (found, expected) {
+                (Some(found), Some(expected)) => (found.t - expected.t).abs() < 1e-12,
+                (found, expected) => found.is_some() == expected.is_some(),
+            };
+            assert!(is_same, "{ray:?}");
+        }
+    }
+}
+
 /// From ever closer by, also from among what is looked at.
 #[test]
 fn rays_of_a_beam_have_the_same_hits_as_others() {

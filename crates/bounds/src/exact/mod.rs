@@ -19,6 +19,7 @@
 //! - [`query`]: the support of a solid.
 //! - [`apart`]: whether anything is left of an intersection, by [`furthest`] points of its operands.
 //! - [`bottom_up`]: all boxes.
+//! - [`finest`]: how small parts are, by digits.
 //!
 //! A state that leads back to itself has no leaves to start from. Where the recursion shrinks, it has a bounded solid all
 //! the same, the *attractor* [HUTC81], and its box comes from the other side, from boxes that are too large:
@@ -45,6 +46,7 @@ mod attractor;
 mod bottom_up;
 mod components;
 mod contraction;
+mod finest;
 mod furthest;
 mod norm;
 mod query;

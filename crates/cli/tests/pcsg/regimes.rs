@@ -94,6 +94,27 @@ fn engines_that_list_states_say_what_they_lack() {
 }
 
 #[test]
+fn parts_beyond_all_digits_are_not_unfolded() {
+    let folder = folder();
+    // 2²⁰⁰ spheres, of which one is 10⁻⁶⁰ as large as all.
+    let deep = "{ n = 200; } T
+        T if(n > 0, 2, 1)
+        1: T -> sphere
+        2: T -> {n = n - 1} uscale(0.5) ( move(0, 0, 1) T | move(0.9, 0, -0.5) T
+                                        | move(-0.5, 0.8, -0.5) T | move(-0.5, -0.8, -0.5) T )
+        image { width = 48; height = 48; samples = 1; }";
+    fs::write(folder.path().join("deep.pcsg"), deep).expect("it can be written");
+    let (code, _, err, _) = run_in(folder.path(), &["render", "deep.pcsg", "-o", "a.png"]);
+    assert!(code == 0 && err.contains("note: deep.pcsg: it has parts of 1e-60 of its size"), "{err}");
+    for engine in ["reference", "grid"] {
+        let (code, _, err, _) = run_in(folder.path(), &["render", "deep.pcsg", "--engine", engine]);
+        assert!(code == 1 && err.contains("too small for coordinates to tell them apart"), "{engine}: {err}");
+    }
+    let (code, _, err, _) = run_in(folder.path(), &["render", "deep.pcsg", "--set", "n=20", "-o", "b.png"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+}
+
+#[test]
 fn recursion_to_nothing_is_an_error() {
     let folder = folder();
     // (rules, the line of the symbol that leads to nothing)

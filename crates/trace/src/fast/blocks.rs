@@ -19,8 +19,10 @@ use quick_cache::Weighter;
 use quick_cache::sync::Cache;
 use rustc_hash::FxHashMap;
 
+use super::Accelerated;
 use super::bounds::StateBounds;
 use super::compile::{BYTES, Compiled};
+use super::detail::Footprint;
 use super::survey::demand::Class;
 use super::unions::Unions;
 
@@ -58,6 +60,9 @@ impl Granularity {
         Self { length, ..Self::COARSE }
     }
 }
+
+/// What is too fine where nobody knows whether there is a last part: each ray that meets anything comes that far.
+const FINEST_ON_DEMAND: f64 = 1e-12;
 
 /// Of what part of the memory blocks are held by threads, and not only remembered.
 pub(super) const HELD: usize = 16;
@@ -97,6 +102,17 @@ impl Blocks {
             Self::Whole(_) => None,
             Self::OnDemand(source) => Some(source),
         }
+    }
+
+    /// The size of what is not looked into in any case. Coordinates have no digits left to tell its parts apart: a ray would
+    /// meet the boxes of all or none of them, and unfold what is below.
+    pub(super) fn finest(&self) -> Footprint {
+        let (root, share) = match self {
+            Self::Whole(whole) if !whole.is_too_fine => return Footprint::LINE,
+            Self::Whole(whole) => (whole, Accelerated::FINEST),
+            Self::OnDemand(source) => (&source.root, FINEST_ON_DEMAND),
+        };
+        Footprint { width: share * root.supers[0].radius, spread: share }
     }
 
     /// In how many rounds parts are measured when rays come to them. What is random ends, and has leaves not far

@@ -68,6 +68,14 @@ impl StateBounds {
 }
 
 impl Bounds<'_> {
+    /// How large the smallest part is that has parts in it, by the whole. 0 if nobody lists them.
+    pub(super) fn finest(&self) -> f64 {
+        match self {
+            Self::Exact(boxes) => boxes.finest(),
+            Self::Envelopes(_) => 0.0,
+        }
+    }
+
     pub(super) fn of(&self, state: &State) -> Result<Extent, EvalError> {
         let aabb = match self {
             Self::Exact(boxes) => boxes.of(state).map_or(Aabb::EMPTY, |found| found.aabb),

@@ -23,6 +23,7 @@ use glam::{DAffine3, DVec3};
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
+use super::Accelerated;
 use super::blocks::Granularity;
 use super::bounds::Bounds;
 use super::cover::Cover;
@@ -58,6 +59,8 @@ pub(super) struct Compiled {
     /// Of each item, the state of the last S-node between, by its place among all states; not among the items, where rays
     /// would carry it along.
     pub(super) symbols: Vec<Option<u32>>,
+    /// Whether there are parts of it that coordinates do not tell apart.
+    pub(super) is_too_fine: bool,
 }
 
 /// A state with what is below it written out.
@@ -138,7 +141,9 @@ impl Compiled {
             // A try is given up as soon as it does not fit, so that all of them cost about as much as the last.
             if let Some(lists) = Lists::whole(&mut states, &root, length, affordable)? {
                 let has_slabs = lists.total * (BYTES + SLAB_BYTES) <= budget;
-                return Self::close(lists, &states, None, has_slabs);
+                let whole = Self::close(lists, &states, None, has_slabs)?;
+                let is_too_fine = bounds.finest() < Accelerated::FINEST;
+                return Ok(if is_too_fine { Self { is_too_fine, ..whole.with_parts() } } else { whole });
             }
             length = (length / 2).max(SHORTEST);
         }

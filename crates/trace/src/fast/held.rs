@@ -234,16 +234,9 @@ impl<'a> Held<'a> {
         }
     }
 
-    /// The size of what is not looked into in any case: recursion that never ends has no last part, and coordinates have no
-    /// more digits.
+    /// The size of what is not looked into in any case.
     pub(super) fn finest(&self) -> Footprint {
-        const DIGITS: f64 = 1e-12;
-        match self.source {
-            Blocks::Whole(_) => Footprint::LINE,
-            Blocks::OnDemand(source) => {
-                Footprint { width: DIGITS * source.root.supers[0].radius, spread: DIGITS }
-            }
-        }
+        self.source.finest()
     }
 
     /// Whether too many questions wait for each other below the operators on a way. Where recursion goes by chance, nobody has

@@ -95,6 +95,10 @@ impl Accelerated {
     /// Memory that an engine takes if nobody says how much it may take, in bytes.
     pub const DEFAULT_BUDGET: usize = 1 << 18;
 
+    /// Nothing is looked into that is smaller than this share of the whole and of its distance, where some parts of parts
+    /// [are](ExactBoxes::finest): coordinates have hardly any digits left for what is in it. Its box stands for it.
+    pub const FINEST: f64 = 1e-14;
+
     /// Compiles a graph with the boxes that belong to it. Takes `budget` bytes, or more if the graph has too many states
     /// for that.
     ///
@@ -230,8 +234,8 @@ impl Tracer<'_> {
     /// by chance. Below the right operand of \\ it is left out, so that nothing is cut off but what really is.
     ///
     /// Of rays that are traced together, one says for all what is small, so that a hit depends on which these are. A tracer
-    /// begins with rays that are lines. Of what is compiled on demand, parts are not looked into that are smaller
-    /// than 10⁻¹² of the distance and of the whole.
+    /// begins with rays that are lines. In any case parts are not looked into that are smaller than
+    /// [`Accelerated::FINEST`] of the distance and of the whole, or 10⁻¹² of what is compiled on demand.
     pub fn set_footprint(&mut self, pixel: Footprint) {
         let finest = self.held.finest();
         // What no ray has met has no size.
