@@ -192,7 +192,7 @@
 //! # Features
 //!
 //! - `csg-graph`, on by default: [`Scene`] for the cyclic graphs of the crate
-//!   [`csg-graph`](https://docs.rs/csg-graph).
+//!   [`csg-graph`](https://docs.rs/csg-graph), and `Envelopes` for their states by chance.
 //!
 //! # Examples
 //!

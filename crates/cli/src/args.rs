@@ -15,8 +15,8 @@ use crate::Failure;
 
 pub use bench::BenchArgs;
 pub use bounds::{BooleansArg, BoundsArgs, MethodArg, Sweep, VolumeArg};
-pub(crate) use engine::Plan;
 pub use engine::{BoxesArg, EngineArg, EngineArgs};
+pub(crate) use engine::{Plan, USUAL_MEMORY};
 use values::{assignment, picture_path, steps, whole, zoom_factor};
 
 /// Recursive solids, from a grammar file to a picture

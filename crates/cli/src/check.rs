@@ -6,8 +6,9 @@ use csg_graph::{Analysis, Graph, Node, StatesError, SymbolState};
 use csg_graph_bounds::Aabb;
 use serde::Serialize;
 
-use crate::args::{CheckArgs, Format};
+use crate::args::{CheckArgs, Format, USUAL_MEMORY};
 use crate::load::{Loaded, load};
+use crate::regime::listing_bytes;
 use crate::text::{grouped, json};
 use crate::{Failure, bounds, print};
 
@@ -95,7 +96,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
 /// may still be one.
 fn vast(args: &CheckArgs, loaded: &Loaded, error: &StatesError, limit: usize) -> Result<(), Failure> {
     let graph = &loaded.scene.graph;
-    let envelopes = loaded.envelopes()?;
+    let envelopes = loaded.envelopes("--max-states")?;
     let root = loaded.refined_box(&envelopes)?;
     if !graph.nodes().any(|(_, node)| node.exprs().iter().any(|expr| expr.is_erratic())) {
         loaded.warn(error);
@@ -181,8 +182,14 @@ fn table(scene: &str, analysis: &Analysis) -> String {
         grouped(analysis.distinct_states),
         grouped(analysis.node_states),
     );
+    let memory = listing_bytes(analysis.node_states);
+    let regime = if memory > USUAL_MEMORY.0 {
+        format!("finite: all states are listed, by `render` with --memory {}M", memory.div_ceil(1 << 20))
+    } else {
+        "finite: all states are listed".to_owned()
+    };
     let found = [
-        ("regime", "finite: all states are listed".to_owned()),
+        ("regime", regime),
         ("graph nodes", grouped(analysis.nodes)),
         ("states", states),
         ("instances", grouped(&analysis.instances)),

@@ -9,7 +9,7 @@ use csg_graph_trace::{Accelerated, Engine, Grid, StateBounds};
 
 use crate::args::{BoxesArg, EngineArg, MethodArg, Plan};
 use crate::load::Loaded;
-use crate::regime::Regime;
+use crate::regime::{Limit, Regime};
 use crate::{Failure, bounds, say};
 
 /// The most boxes that the chain algorithm may compute where nobody asked for it: a second or two.
@@ -56,16 +56,16 @@ impl<'a> Prepared<'a> {
             }
             (Plan::Fast { detail, memory, .. }, Regime::Vast(_) | Regime::Endless) => {
                 let (bounds, usual_detail, memory) = match regime {
-                    Regime::Endless => {
-                        let boxes = exact_boxes(loaded)?;
-                        boxes.shrinks(graph).map_err(|error| bounds::failure(loaded, error))?;
-                        (StateBounds::Exact(Box::new(boxes)), 0.5, memory)
-                    }
-                    _ => {
-                        let envelopes = loaded.envelopes()?;
+                    Regime::Vast(limit) => {
+                        let envelopes = loaded.envelopes(limit.option)?;
                         let memory = memory.saturating_sub(envelopes.bytes());
                         // They are about twice as large as what is in them.
                         (StateBounds::Envelopes(Box::new(envelopes)), 1.0, memory)
+                    }
+                    _ => {
+                        let boxes = exact_boxes(loaded)?;
+                        boxes.shrinks(graph).map_err(|error| bounds::failure(loaded, error))?;
+                        (StateBounds::Exact(Box::new(boxes)), 0.5, memory)
                     }
                 };
                 let bounding_time = start.elapsed();
@@ -75,8 +75,9 @@ impl<'a> Prepared<'a> {
                 (Some(MethodArg::Exact), Structure::Compiled(Box::new(compiled)), bounding_time)
             }
             (Plan::Reference { .. } | Plan::Grid { .. }, Regime::Vast(limit)) => {
+                let Limit { states, option } = limit;
                 let reason = format!(
-                    "it has more than {limit} states, and only the fast engine can trace what cannot be listed; raise --max-states if there is an end to them"
+                    "it has more than {states} states, and only the fast engine can trace what cannot be listed; raise {option} if there is an end to them"
                 );
                 return Err(loaded.refused(reason));
             }

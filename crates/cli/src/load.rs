@@ -107,17 +107,17 @@ impl Loaded {
         }
     }
 
-    /// Bounds for states that are too many to be listed.
-    pub(crate) fn envelopes(&self) -> Result<Envelopes, Failure> {
+    /// Bounds for states that are too many to be listed, of which an option would allow more.
+    pub(crate) fn envelopes(&self, option: &str) -> Result<Envelopes, Failure> {
         const ANYWHERE: &str =
             "it has more states than are listed, and without a list its parts may be anywhere";
         let envelopes = Envelopes::new(self.scene.graph.clone(), &self.bounds_limits());
         let reason = match envelopes.of(&self.scene.graph.root_state()) {
             Ok(root) if root.aabb().is_bounded() => return Ok(envelopes),
-            Ok(_) => format!("{ANYWHERE}; raise --max-states"),
+            Ok(_) => format!("{ANYWHERE}; raise {option}"),
             Err(BoundsError::Endless { cycle, round }) => {
                 let symbol = cycle.first().map_or("it", String::as_str);
-                format!("{ANYWHERE}: {symbol} leads back to itself and {round}; raise --max-states")
+                format!("{ANYWHERE}: {symbol} leads back to itself and {round}; raise {option}")
             }
             Err(error) => return Err(bounds::failure(self, error)),
         };

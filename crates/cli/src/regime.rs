@@ -24,22 +24,39 @@ const FEW: usize = 1 << 12;
 /// What is known of all states of a scene.
 pub(crate) enum Regime {
     Finite(Box<Analysis>),
-    /// There are more than this many states.
-    Vast(usize),
+    /// There are more states than this.
+    Vast(Limit),
     Endless,
+}
+
+/// How many states may be listed.
+#[derive(Clone, Copy)]
+pub(crate) struct Limit {
+    pub(crate) states: usize,
+    /// The option that allows more.
+    pub(crate) option: &'static str,
+}
+
+/// The memory that it takes to list so many states.
+pub(crate) fn listing_bytes(states: usize) -> usize {
+    if states <= FEW { 0 } else { states.saturating_mul(STATE) }
 }
 
 impl Regime {
     /// Finds out, for an engine that is planned.
     pub(crate) fn of(loaded: &Loaded, plan: Plan) -> Result<Self, Failure> {
         let mut limits = loaded.limits;
-        if let Plan::Fast { memory, .. } = plan {
-            limits.states = limits.states.min((memory / STATE).max(FEW));
+        let mut option = "--max-states";
+        if let Plan::Fast { memory, .. } = plan
+            && listing_bytes(limits.states) > memory
+        {
+            limits.states = (memory / STATE).max(FEW);
+            option = "--memory";
         }
         match loaded.scene.graph.analyse(&limits) {
             Ok(analysis) => Ok(Self::Finite(Box::new(analysis))),
             Err(StatesError::Endless { .. }) => Ok(Self::Endless),
-            Err(StatesError::TooMany { limit, .. }) => Ok(Self::Vast(limit)),
+            Err(StatesError::TooMany { limit: states, .. }) => Ok(Self::Vast(Limit { states, option })),
             Err(error) => Err(loaded.failure(&error)),
         }
     }

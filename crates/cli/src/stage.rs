@@ -99,8 +99,8 @@ impl<'a> Stage<'a> {
 
 /// The box that a camera frames.
 fn framed(loaded: &Loaded, regime: &Regime) -> Result<Aabb, Failure> {
-    if let Regime::Vast(_) = regime {
-        return loaded.refined_box(&loaded.envelopes()?);
+    if let Regime::Vast(limit) = regime {
+        return loaded.refined_box(&loaded.envelopes(limit.option)?);
     }
     let root = root_box(&loaded.scene.graph, &loaded.bounds_limits());
     root.map(|root| root.aabb).map_err(|error| bounds::failure(loaded, error))

@@ -10,8 +10,8 @@ use crate::Scene;
 
 impl<S: Scene> ExactBoxes<S> {
     /// How large the smallest part is that has parts in it, as a share of the whole: the diagonals of the boxes of unions,
-    /// intersections and differences, times what all maps above do to lengths. That is, to the cube root of volumes: a map
-    /// that makes things flat makes them smaller, too. 0 where recursion never ends, and infinite if no part has parts.
+    /// intersections and differences, times what all maps above do to lengths, by the cube root of what they do to volumes:
+    /// a map that flattens counts as one that shrinks. 0 where recursion never ends, and infinite if no part has parts.
     ///
     /// # Cost
     /// One pass over all states.

@@ -157,8 +157,8 @@ pub fn exact<S: Scene>(scene: &S, limits: &Limits) -> Result<ExactBoxes<S>, Boun
 /// The box of the root alone, as [`exact`] gives it but in less time: where `exact` asks for the box of each state until
 /// it is certain, this one asks six times, and for the other boxes only until they are of use for that.
 ///
-/// Not where there is an intersection. Its box is what the boxes of its operands have in common, and these must be as
-/// certain as its own.
+/// Where there is an intersection nothing is saved: its box is what the boxes of its operands have in common, and these must
+/// be as certain as its own.
 ///
 /// # Cost
 /// As for `exact`; of each query, the first few expansions.
@@ -196,8 +196,8 @@ pub struct ExactBoxes<S: Scene> {
 pub struct StateBox {
     /// The box, in the frame of the state; for a T-node, in the frame that it maps into.
     pub aabb: Aabb,
-    /// No face is further out than this from where it has to be, rounding apart. Above ∩ and \\, where it has to be to
-    /// enclose the boxes or operands that stand for the solid.
+    /// No face is further out than this from its least position, rounding apart. Above ∩ and \\, that is the least one that
+    /// encloses the boxes or operands which stand for the solid.
     ///
     /// At most a few times [`Limits::gap`] of the extent of the box, unless a query reached the limit of its
     /// expansions. Where recursion never ends, rounding is included.

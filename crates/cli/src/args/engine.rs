@@ -9,6 +9,9 @@ use super::values::{bytes, pixels, whole};
 use super::{MethodArg, StepsArg, ViewArg};
 use crate::Failure;
 
+/// The `--memory` of whoever does not say, and as it is written.
+pub(crate) const USUAL_MEMORY: (usize, &str) = (1 << 30, "1G");
+
 /// What finds where rays meet the solid.
 #[derive(Debug, Args)]
 pub struct EngineArgs {
@@ -29,16 +32,16 @@ pub struct EngineArgs {
     /// 0.5 where the recursion never ends, and else 0
     ///
     /// What stands for such a part is its box, which shows the paint of something in it; silhouettes are off by no more
-    /// than that. Where all states are listed, the box stops as many rays as what is in it. With 0 everything is looked
-    /// into. For the fast engine.
+    /// than that. Mostly the box stops only as many rays as what is in it would. With 0 everything is looked into. For
+    /// the fast engine.
     #[arg(long, value_name = "PIXELS", allow_hyphen_values = true, value_parser = pixels)]
     pub detail: Option<f64>,
-    /// Memory for scenes whose states cannot all be listed, and for those that are: bytes, or with a suffix K, M or G of
-    /// 1024 each
+    /// Memory for the picture and what is remembered of the scene: bytes, or with a suffix K, M or G of 1024 each
     ///
-    /// The picture has to fit into it as well, in any scene. With less, parts are made again more often; some megabytes for
-    /// each thread are needed in any case. The picture is the same for any.
-    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, default_value = "1G", value_parser = bytes)]
+    /// States are listed if they fit into it at 2K each. Otherwise parts of the scene are made when rays come to them, with
+    /// another default of --detail; with less memory, they are made again more often, and the picture is the same. Some
+    /// megabytes for each thread are needed in any case.
+    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, default_value = USUAL_MEMORY.1, value_parser = bytes)]
     pub memory: usize,
     /// Voxels along the longest side of the grid; without it as many as suit the number of primitives
     ///

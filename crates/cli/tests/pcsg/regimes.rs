@@ -94,6 +94,23 @@ fn engines_that_list_states_say_what_they_lack() {
 }
 
 #[test]
+fn what_memory_does_not_hold_can_be_had_with_more() {
+    let folder = folder();
+    let tower = "{ n = 200000; } T
+        T if(n > 0, 2, 1)
+        1: T -> cone
+        2: T -> cone | {n = n - 1} move(0, 0, 1) T";
+    fs::write(folder.path().join("tower.pcsg"), tower).expect("it can be written");
+    let (code, out, _, _) = run_in(folder.path(), &["check", "tower.pcsg"]);
+    assert!(code == 0 && out.contains("by `render` with --memory 1954M"), "{out}");
+    let (code, _, err, _) = run_in(folder.path(), &["render", "tower.pcsg"]);
+    assert!(code == 1 && err.contains("raise --memory"), "{err}");
+    let args = ["render", "tower.pcsg", "--max-states", "5000"];
+    let (code, _, err, _) = run_in(folder.path(), &args);
+    assert!(code == 1 && err.contains("raise --max-states"), "{err}");
+}
+
+#[test]
 fn parts_beyond_all_digits_are_not_unfolded() {
     let folder = folder();
     // 2²⁰⁰ spheres, of which one is 10⁻⁶⁰ as large as all.
