@@ -9,8 +9,8 @@ const LOOK: u32 = 256;
 const STEP: f64 = 16.0;
 
 /// The camera of a world, `factor` times as close to the smallest part that it sees: what it meets after the deepest
-/// recursion, of several the nearest one. That comes to the middle of the picture, seen
-/// along the ray that found it, so that nothing can be in the way. A camera that sees nothing stays where it is.
+/// recursion, of several the nearest one. That comes to the middle of the picture, seen along the ray that found it, so that
+/// nothing can be in the way. A camera that sees nothing stays where it is.
 ///
 /// ```
 /// use csg_graph::{GraphBuilder, PrimitiveKind};
@@ -34,8 +34,9 @@ const STEP: f64 = 16.0;
 /// As [`survey`](crate::survey).
 ///
 /// # Panics
-/// If the boxes are of another graph.
+/// If the boxes are of another graph, or the factor is not a number from 1 on.
 pub fn zoom(world: &World<'_>, factor: f64) -> Result<Camera, RenderError> {
+    assert!(factor >= 1.0 && factor.is_finite(), "{factor} times as close is not closer");
     let (mut world, mut left) = (world.clone(), factor);
     while let Some((ray, seen)) = smallest(&world)? {
         let mut hits = Vec::new();
@@ -66,6 +67,6 @@ fn smallest(world: &World<'_>) -> Result<Option<(Ray, f64)>, RenderError> {
         .max_by(|(_, a), (_, b)| a.recursion.cmp(&b.recursion).then(b.depth.total_cmp(&a.depth)));
     let Some(((x, y), probe)) = smallest else { return Ok(None) };
     let ray = world.camera.lens(LOOK, LOOK)?.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
-    let forward = (world.camera.target - world.camera.eye).normalize();
-    Ok(Some((ray, f64::from(probe.depth) / ray.direction.dot(forward))))
+    // What is at t on a ray of a lens has t for its depth.
+    Ok(Some((ray, probe.depth.into())))
 }

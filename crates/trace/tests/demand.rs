@@ -378,6 +378,39 @@ fn what_is_wrong_far_below_is_an_error() {
     let bounds = Aabb::new([-2.0, -2.0, 0.0].into(), [2.0, 2.0, 4.0].into());
     let error = picture(&enveloped(&graph, 1 << 20), &bounds, 1).unwrap_err();
     assert!(matches!(error, RenderError::Eval(_)), "{error}");
+    // To each ray that comes there, and not only to the first one.
+    let (scene, lens) = (enveloped(&graph, 1 << 20), lens(&bounds));
+    let mut tracer = scene.tracer();
+    let mut has_fault = |centre| {
+        look(&mut tracer, &lens, centre);
+        tracer.take_fault().is_some()
+    };
+    let found = centres().find(|centre| has_fault(*centre)).unwrap();
+    assert!(has_fault(found));
+}
+
+/// A beam sees farther ahead than its rays come.
+#[test]
+fn what_is_wrong_behind_a_wall_is_no_matter() {
+    let broken = tree(30, 1).replace("scale(0.2, 0.05, 0.5)", "scale(0.2, 0.05, 0.5 / n)");
+    let (params, rest) = broken.split_once("} TREE").unwrap();
+    let graph = graph(&format!("{params}}} move(0, -8, 0) scale(20, 0.1, 20) cube | TREE{rest}"));
+    let scene = enveloped(&graph, 1 << 20);
+    for fov in [20.0, 2.0, 0.2] {
+        let camera = Camera { eye: DVec3::new(0.0, -9.0, 1.5), target: DVec3::Z * 1.5, up: DVec3::Z, fov };
+        let lens = camera.lens(SIDE, SIDE).unwrap();
+        let mut tracer = scene.tracer();
+        tracer.set_footprint(Footprint { width: 0.0, spread: lens.spread() });
+        for corner in (0..SIDE).step_by(16) {
+            let side = corner..corner + 16;
+            let beam = lens.beam(&side, &side);
+            let rays: Vec<_> = side.map(|at| lens.ray(f64::from(at) + 0.5, f64::from(at) + 0.5)).collect();
+            let mut hits = vec![None; rays.len()];
+            tracer.nearest_of(beam.batch(&rays), &mut hits);
+            assert!(hits.iter().all(Option::is_some));
+            assert_eq!(tracer.take_fault(), None, "at {fov}");
+        }
+    }
 }
 
 /// Two crowns that are the same state, each of too many balls for one block.
@@ -416,6 +449,8 @@ fn recursion_through_any_operand_comes_to_an_end_if_it_shrinks() {
         (r"sphere & (cube \ uscale(0.8) A)", true),
         (r"cube \ (sphere | move(1, 1, 1) uscale(0.6) A)", true),
         (r"(cube | move(1, 0, 0) rotz(45) uscale(0.7) A) & uscale(1.2) sphere", true),
+        // Without a primitive on the left, however far one looks for what is seen there.
+        (r"(uscale(0.5) A | move(0.5, 0, 0) uscale(0.5) A) & cube", false),
     ] {
         let graph = graph(&format!("{{}} A\nA -> {rule}"));
         let boxes = exact(&graph, &Limits::default()).unwrap();

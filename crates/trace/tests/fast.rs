@@ -313,6 +313,27 @@ fn what_is_not_met_is_not_asked() {
     assert!(many.0 < few.0 * 2 && many.1 < few.1 * 2, "{tests:?}");
 }
 
+/// Where the left operand is nowhere, so is the result.
+#[test]
+fn what_cuts_off_is_not_asked_where_nothing_is_left() {
+    let mut b = GraphBuilder::new();
+    let ring = b.primitive(PrimitiveKind::Torus, [0.05.into()]);
+    let cube = b.primitive(PrimitiveKind::Cube, []);
+    let cube = b.transform(TransformKind::UScale, [3.0.into()], cube);
+    for operator in [Operator::Intersection, Operator::Difference] {
+        let mut b = b.clone();
+        let both = b.operator(operator, ring, cube);
+        let graph = b.finish(both).unwrap();
+        let boxes = exact(&graph, &Limits::default()).unwrap();
+        let scene = Accelerated::new(&graph, &boxes, 1 << 12).unwrap();
+        let mut tracer = scene.tracer();
+        // Through the hole.
+        let ray = Ray { origin: DVec3::new(0.2, 0.1, 5.0), direction: -DVec3::Z };
+        assert_eq!(tracer.nearest(&ray), None);
+        assert_eq!(tracer.counters().primitive_tests, 1, "{operator:?}");
+    }
+}
+
 #[test]
 fn a_hundred_thousand_differences_in_one_another() {
     for recursion_last in [true, false] {
@@ -377,16 +398,16 @@ fn at_depth_hits_are_those_of_the_walk() {
     }
 }
 
-/// A cube made of eight cubes of half its size, and these likewise.
-fn octants(levels: f64) -> Graph {
+/// Cubes in the eight corners of a cube, and these likewise.
+fn corners(size: f64, aside: f64, levels: f64) -> Graph {
     let mut b = GraphBuilder::new();
     let n = b.param("n", levels);
     let symbol = b.symbol("CUBE");
     let cube = b.primitive(PrimitiveKind::Cube, []);
     let parts = (0..8).map(|corner| {
-        let half = b.transform(TransformKind::UScale, [0.5.into()], symbol);
-        let at = [0, 1, 2].map(|axis| Expr::from(if corner >> axis & 1 == 0 { -0.5 } else { 0.5 }));
-        b.transform(TransformKind::Move, at, half)
+        let part = b.transform(TransformKind::UScale, [size.into()], symbol);
+        let at = [0, 1, 2].map(|axis| Expr::from(if corner >> axis & 1 == 0 { -aside } else { aside }));
+        b.transform(TransformKind::Move, at, part)
     });
     let parts: Vec<NodeId> = parts.collect();
     let union = b.union(parts);
@@ -399,7 +420,7 @@ fn octants(levels: f64) -> Graph {
 #[test]
 fn parts_beyond_all_digits_are_not_looked_into() {
     let engines = [0.0, 40.0, 300.0].map(|levels| {
-        let graph = octants(levels);
+        let graph = corners(0.5, 0.5, levels);
         let boxes = exact(&graph, &Limits::default()).unwrap();
         assert_eq!(boxes.finest() < Accelerated::FINEST, levels > 100.0);
         Accelerated::new(&graph, &boxes, Accelerated::DEFAULT_BUDGET).unwrap()
@@ -418,6 +439,22 @@ fn parts_beyond_all_digits_are_not_looked_into() {
             assert!(is_same, "{ray:?}");
         }
     }
+}
+
+/// Dust so porous that no line that measures it meets any: it is looked into, but not farther than there are digits.
+#[test]
+fn what_nothing_stands_for_comes_to_an_end() {
+    let graph = corners(0.3, 0.7, 100.0);
+    let boxes = exact(&graph, &Limits::default()).unwrap();
+    let scene = Accelerated::new(&graph, &boxes, Accelerated::DEFAULT_BUDGET).unwrap().with_detail(0.5);
+    let mut tracer = scene.tracer();
+    let camera = Camera { eye: DVec3::new(3.4, -2.3, 1.6), target: DVec3::ZERO, up: DVec3::Z, fov: 40.0 };
+    let lens = camera.lens(256, 256).unwrap();
+    tracer.set_footprint(Footprint { width: 0.0, spread: lens.spread() });
+    for pixel in 0..256 * 256 {
+        tracer.nearest(&lens.ray(f64::from(pixel % 256), f64::from(pixel / 256)));
+    }
+    assert!(tracer.counters().box_tests < 256 * 256 * 200, "{:?}", tracer.counters());
 }
 
 /// From ever closer by, also from among what is looked at.

@@ -35,8 +35,8 @@ struct Ahead<'a> {
 }
 
 impl States<'_> {
-    /// A box of a union in the frame above its place, that of what it is when it is opened to `length` parts; none if it has
-    /// more or something is wrong with it, which is said when a ray comes to it.
+    /// A box of a union in the frame above its place, that of what it is when it is opened to `length` parts: all of space if
+    /// it has more, and none if something is wrong with it, which is said when a ray comes to it.
     pub(super) fn box_ahead(&self, place: &Place, length: usize) -> Option<Aabb> {
         let root = Instance {
             state: self.get(place).state.clone(),
@@ -61,12 +61,8 @@ impl States<'_> {
 }
 
 impl Ahead<'_> {
-    fn is_union(&self, state: &State) -> bool {
-        matches!(self.states.graph.node(state.node()), Node::Operator(node) if node.operator == Operator::Union)
-    }
-
     fn add(&mut self, instance: Instance) {
-        if self.is_union(&instance.state) {
+        if self.states.is_operator_at(&instance.state, Operator::Union) {
             self.open.push(Largest { area: instance.bounds.surface_area(), place: self.instances.len() });
             self.instances.push(instance);
         } else {
@@ -85,7 +81,8 @@ impl Ahead<'_> {
             loop {
                 let node = state.node();
                 let is_written_out = is_first || !is_in_other_rule && unions.is_written_out(node);
-                if matches!(graph.node(node), Node::Operator(_)) && !(self.is_union(&state) && is_written_out)
+                if matches!(graph.node(node), Node::Operator(_))
+                    && !(self.states.is_operator_at(&state, Operator::Union) && is_written_out)
                 {
                     let extent = bounds.of(&state)?;
                     let bounds = bounds.image(&state, &extent, None, &above_from_state);

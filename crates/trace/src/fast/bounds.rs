@@ -78,7 +78,7 @@ impl Bounds<'_> {
 
     pub(super) fn of(&self, state: &State) -> Result<Extent, EvalError> {
         let aabb = match self {
-            Self::Exact(boxes) => boxes.of(state).map_or(Aabb::EMPTY, |found| found.aabb),
+            Self::Exact(boxes) => boxes.of(state).map_or(Aabb::ALL, |found| found.aabb),
             Self::Envelopes(envelopes) => match envelopes.aabb(state) {
                 Ok(aabb) => aabb,
                 Err(BoundsError::Scene(error)) => return Err(error),

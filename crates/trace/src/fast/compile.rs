@@ -91,8 +91,8 @@ pub(super) struct Gate {
     pub(super) state: State,
     /// The first of the items that lead there.
     pub(super) first: u32,
-    /// What is seen of it from afar, once somebody has seen it; none if there is something wrong with it.
-    pub(super) sample: OnceLock<Option<Box<Sample>>>,
+    /// What is seen of it from afar, or what is wrong with it, once somebody has seen it.
+    pub(super) sample: OnceLock<Result<Box<Sample>, Box<EvalError>>>,
     /// And those that it has its cover in common with, if any.
     pub(super) class: OnceLock<Option<Arc<Class>>>,
 }
@@ -163,8 +163,9 @@ impl Compiled {
         Self::close(Lists::block(&mut states, &root, granularity.length)?, &states, Some(granularity), false)
     }
 
-    /// Opens all boxes.
+    /// Opens all boxes, unless small parts are judged by theirs.
     pub(super) fn without_boxes(mut self) -> Self {
+        assert!(self.parts.is_empty(), "by its box is told what is small");
         for node in &mut self.nodes {
             let [lower, upper] = [f32::NEG_INFINITY, f32::INFINITY].map(|plane| [plane; tree::WIDTH]);
             node.planes = [lower, lower, lower, upper, upper, upper];
@@ -328,8 +329,9 @@ fn super_node(boxes: &mut [Aabb], first: usize, leads_on: bool, nodes: &mut Vec<
 /// The index of a shape among all; one of the last is not added again.
 fn shape(shapes: &mut Vec<Primitive>, shape: &Primitive) -> u32 {
     const LAST: usize = 8;
-    let known = shapes.iter().rposition(|known| known == shape).filter(|at| at + LAST >= shapes.len());
-    index(known.unwrap_or_else(|| {
+    let recent = shapes.len().saturating_sub(LAST);
+    let known = shapes[recent..].iter().position(|known| known == shape);
+    index(known.map(|at| recent + at).unwrap_or_else(|| {
         shapes.push(shape.clone());
         shapes.len() - 1
     }))

@@ -67,6 +67,8 @@ pub(super) struct Part {
     super_from_item: Mat3,
     most: f32,
     is_similar: bool,
+    /// Whether nothing stands for it, since no line has met it that measured what is small.
+    pub(super) is_unseen: bool,
     /// How many of the rays through the box are stopped: its place among the covers, if that was measured.
     pub(super) cover: u32,
 }
@@ -79,7 +81,15 @@ impl Part {
         let excess =
             super_from_item.transpose() * super_from_item - Mat3::from_diagonal(Vec3::splat(most * most));
         let is_similar = excess.to_cols_array().iter().all(|entry| entry.abs() <= 1e-5 * most * most);
-        Self { bounds: Aabb::ALL, size: f32::INFINITY, super_from_item, most, is_similar, cover: u32::MAX }
+        Self {
+            bounds: Aabb::ALL,
+            size: f32::INFINITY,
+            super_from_item,
+            most,
+            is_similar,
+            is_unseen: false,
+            cover: u32::MAX,
+        }
     }
 }
 
@@ -87,6 +97,8 @@ impl Part {
 #[derive(Clone, Debug)]
 pub(super) struct Detail {
     footprint: Footprint,
+    /// What is smaller than that is small even if nothing stands for it.
+    finest: Footprint,
     ways: Vec<Stretch>,
     /// Of each ray of a packet that has come to anything small: what share of such rays is left, and at what share it is
     /// stopped.
@@ -138,12 +150,12 @@ fn largest(map: &Mat3A) -> f32 {
 
 impl Detail {
     pub(super) fn new() -> Self {
-        Self { footprint: Footprint::LINE, ways: Vec::new(), left: [None; LANES] }
+        Self { footprint: Footprint::LINE, finest: Footprint::LINE, ways: Vec::new(), left: [None; LANES] }
     }
 
-    /// What is not larger than that is small.
-    pub(super) fn set_footprint(&mut self, small: Footprint) {
-        self.footprint = small;
+    /// What is not larger than that is small; what nothing stands for, if it is not larger than the finest.
+    pub(super) fn set_footprint(&mut self, small: Footprint, finest: Footprint) {
+        (self.footprint, self.finest) = (small, finest);
     }
 
     /// At the root, with other rays.
@@ -186,13 +198,14 @@ impl Detail {
     /// alike, a flat box may be much smaller than its diagonal would be at most.
     #[inline(always)]
     pub(super) fn hides_part(&self, way: u32, part: &Part, t: f64) -> bool {
-        self.hides(way, part.size, t)
+        let stretch = &self.ways[way as usize];
+        let small = if part.is_unseen { &self.finest } else { &self.footprint }.at(t);
+        f64::from(part.size * stretch.most) <= small
             || part.size.is_finite()
-                && self.ways[way as usize].before.is_some_and(|before| {
+                && stretch.before.is_some_and(|before| {
                     let half = (part.bounds.size() * 0.5).as_vec3a();
                     let reach = before.abs() * half;
-                    let size = 2.0 * self.ways[way as usize].scale * reach.length();
-                    f64::from(size) <= self.footprint.at(t)
+                    f64::from(2.0 * stretch.scale * reach.length()) <= small
                 })
     }
 

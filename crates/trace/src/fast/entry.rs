@@ -14,6 +14,7 @@ use csg_graph_bounds::Aabb;
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3Swizzles};
 
 use super::compile::Content;
+use super::detail::Detail;
 use super::frame::DRIFT;
 use super::held::Held;
 use super::hits::{Hits, Place, ROOT, START, Trail};
@@ -174,13 +175,16 @@ impl Beam {
     /// The window of some of its rays.
     fn window_of(&self, directions: impl Iterator<Item = DVec3>) -> Window {
         let (inverse, rounded) = (self.inverse(), self.rounding());
-        let places = directions.map(|direction| {
+        let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for direction in directions {
             let along = inverse * direction;
-            along.yz() / along.x
-        });
-        let (min, max) = places.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), place| {
-            (min.min(place), max.max(place))
-        });
+            let place = along.yz() / along.x;
+            // A beam as flat as a sheet or a line tells no places apart.
+            if !(along.x > 0.0 && place.is_finite()) {
+                return Window::ALL;
+            }
+            (min, max) = (min.min(place), max.max(place));
+        }
         Window { min: min - rounded, max: max + rounded }
     }
 
@@ -314,8 +318,11 @@ impl Entries {
             let block = held.block(number);
             for Met { item: at, entry, size } in met {
                 let item = &block.items[at];
-                let is_open = size > WIDE && matches!(item.content, Content::Super(_) | Content::Gate(_));
-                let inside = if is_open { held.inside(number, item.content) } else { None };
+                let is_small = |detail: &Detail| detail.hides_part(next.way, &block.parts[at], entry.near());
+                let is_open = size > WIDE
+                    && matches!(item.content, Content::Super(_) | Content::Gate(_))
+                    && !hits.detail.as_ref().is_some_and(is_small);
+                let inside = if is_open { held.inside_ahead(number, item.content) } else { None };
                 let Some((below, _)) = inside else {
                     self.list.push(entry);
                     continue;
@@ -368,6 +375,10 @@ mod tests {
                     assert!(near <= t, "at {fov}: {near} after {t}");
                     let window = beam.window_of([ray.direction].into_iter());
                     assert!(beam.window(&bounds).meets(&window), "at {fov}: {window:?} of {ray:?}");
+                    // Also of one that is no more than its rays.
+                    let flat = Beam { corner: ray.direction, across: DVec3::ZERO, ..beam };
+                    let window = flat.window_of([ray.direction].into_iter());
+                    assert!(flat.window(&bounds).meets(&window), "at {fov}: {window:?} of {ray:?}");
                 }
             }
         }

@@ -59,12 +59,15 @@ impl Drop for Share<'_> {
     }
 }
 
+/// The number of the block behind a gate, or what is wrong with it.
+type Behind = Result<u32, Box<EvalError>>;
+
 /// The blocks that a thread holds. The first is the root's.
 pub(super) struct Held<'a> {
     source: &'a Blocks,
     blocks: FrozenVec<Arc<Compiled>>,
-    /// Where gates of blocks lead.
-    behind: RefCell<FxHashMap<(u32, u32), Option<u32>>>,
+    /// Where gates of blocks lead, or what is wrong there.
+    behind: RefCell<FxHashMap<(u32, u32), Behind>>,
     /// The numbers of the blocks, by their states: many gates lead to one.
     numbers: RefCell<FxHashMap<State, u32>>,
     /// Of each block, itself, its bytes and the last question that came to it.
@@ -194,44 +197,52 @@ impl<'a> Held<'a> {
         }
     }
 
+    /// The same for who looks ahead: what is wrong there is not said before a ray comes to it.
+    pub(super) fn inside_ahead(&self, block: u32, content: Content) -> Option<(u32, &SuperNode)> {
+        let Content::Gate(gate) = content else { return self.inside(block, content) };
+        let block = self.behind(block, gate)?.ok()?;
+        Some((block, &self.block(block).supers[0]))
+    }
+
     /// The block behind a gate, unless there is something wrong with it, or the rays have come to too much.
     #[inline(never)]
     fn enter(&self, block: u32, gate: u32) -> Option<u32> {
+        let found = self.behind(block, gate)?;
+        found.map_err(|fault| self.fault.set(Some(fault))).ok()
+    }
+
+    /// The block behind a gate, or what is wrong with it; none if the rays have come to too much.
+    #[inline(always)]
+    fn behind(&self, block: u32, gate: u32) -> Option<Behind> {
         if self.come_to.get() > self.most {
             return None;
         }
-        let known = self.behind.borrow().get(&(block, gate)).copied();
-        let number = known.unwrap_or_else(|| {
+        let known = self.behind.borrow().get(&(block, gate)).cloned();
+        let found = known.unwrap_or_else(|| {
             let found = self.find(&self.block(block).gates[gate as usize].state);
-            self.behind.borrow_mut().insert((block, gate), found);
+            self.behind.borrow_mut().insert((block, gate), found.clone());
             self.share.add(ENTRY);
             found
-        })?;
-        let (_, bytes, question) = &mut self.visits.borrow_mut()[number as usize];
-        if std::mem::replace(question, self.question) != self.question {
-            self.come_to.set(self.come_to.get() + *bytes);
+        });
+        if let Ok(number) = found {
+            let (_, bytes, question) = &mut self.visits.borrow_mut()[number as usize];
+            if std::mem::replace(question, self.question) != self.question {
+                self.come_to.set(self.come_to.get() + *bytes);
+            }
         }
-        Some(number)
+        Some(found)
     }
 
     /// The block of a state.
-    fn find(&self, state: &State) -> Option<u32> {
+    fn find(&self, state: &State) -> Behind {
         let Blocks::OnDemand(source) = self.source else { unreachable!("a whole graph has no gates") };
         if let Some(number) = self.numbers.borrow().get(state) {
-            return Some(*number);
+            return Ok(*number);
         }
-        match source.block(state) {
-            Ok(found) => {
-                let number = self.hold(found);
-                self.numbers.borrow_mut().insert(state.clone(), number);
-                self.share.add(state.bytes() + ENTRY);
-                Some(number)
-            }
-            Err(fault) => {
-                self.fault.set(Some(Box::new(fault)));
-                None
-            }
-        }
+        let number = self.hold(source.block(state)?);
+        self.numbers.borrow_mut().insert(state.clone(), number);
+        self.share.add(state.bytes() + ENTRY);
+        Ok(number)
     }
 
     /// The size of what is not looked into in any case.
@@ -308,9 +319,15 @@ impl<'a> Held<'a> {
             // Several items may lead here, and it must not matter which of them is seen first.
             let mut dice = Dice::at(block.parts[gate.first as usize].bounds.min);
             let drawn = Sample::of_state(&source.graph, &source.unions, &gate.state, &mut dice);
-            drawn.map(Box::new).map_err(|fault| self.fault.set(Some(Box::new(fault)))).ok()
+            drawn.map(Box::new).map_err(Box::new)
         });
-        inner.as_ref().map_or(sample.clone(), |inner| sample.then(inner))
+        match inner {
+            Ok(inner) => sample.then(inner),
+            Err(fault) => {
+                self.fault.set(Some(fault.clone()));
+                sample
+            }
+        }
     }
 
     /// What was wrong with a state that a ray came to since the last question, if anything was.

@@ -108,7 +108,7 @@ impl Compiled {
                 index(covers.len() - 1)
             })
         };
-        // What no line has met is looked into. Through what is below operators, no lines were drawn.
+        // What no line has met is looked into, as far as there are digits. Through what is below operators, no lines were drawn.
         let is_unseen = |node: usize| bounds[node].is_bounded() && !looks[node].is_seen();
         for (at, cover) in items.into_iter().enumerate() {
             let is_unseen = match self.items[at].content {
@@ -117,7 +117,7 @@ impl Compiled {
             };
             match cover.filter(|_| !is_unseen) {
                 Some(cover) => self.parts[at].cover = number(cover),
-                None => self.parts[at].size = f32::INFINITY,
+                None => self.parts[at].is_unseen = true,
             }
         }
         for (at, cover) in nodes.into_iter().enumerate() {
@@ -130,7 +130,7 @@ impl Compiled {
         self
     }
 
-    /// The node at the root of the tree of a super-node, if it has more than one item.
+    /// The node at the root of the tree of a super-node, if it has one.
     pub(super) fn root_node(&self, number: u32) -> Option<usize> {
         self.supers[number as usize].root?.get().err()
     }

@@ -124,7 +124,8 @@ impl Accelerated {
     /// to the last bit; tests show by it that boxes change what a ray costs and nothing else.
     ///
     /// # Panics
-    /// If the graph is compiled on demand: every ray would come to all of it.
+    /// If the graph is compiled on demand, where every ray would come to all of it; or if there is [detail](Self::with_detail)
+    /// or something [too fine](Self::FINEST), which is told by boxes.
     pub fn without_boxes(self) -> Self {
         let Blocks::Whole(whole) = self.blocks else { panic!("without boxes nothing is on demand") };
         let whole = Arc::into_inner(whole).expect("there is no tracer yet");
@@ -247,7 +248,7 @@ impl Tracer<'_> {
         if small == Footprint::LINE {
             self.hits.detail = None;
         } else {
-            self.hits.detail.get_or_insert_with(Detail::new).set_footprint(small);
+            self.hits.detail.get_or_insert_with(Detail::new).set_footprint(small, finest);
         }
     }
 
@@ -422,7 +423,7 @@ impl Tracer<'_> {
         &self.counters
     }
 
-    /// What was counted since the tracer was made or its counters were taken.
+    /// The counters, which start again from zero.
     pub fn take_counters(&mut self) -> Counters {
         std::mem::take(&mut self.counters)
     }

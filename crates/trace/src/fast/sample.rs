@@ -100,7 +100,7 @@ impl Sample {
         dice: &mut Dice,
     ) -> (Self, Option<&'b Gate>) {
         let mut sample = Self::none(block.items[at].node);
-        loop {
+        for _ in 0..FAR {
             let item = &block.items[at];
             if is_below {
                 sample.shape_from_part = item.item_from_super * sample.shape_from_part;
@@ -125,6 +125,8 @@ impl Sample {
             };
             is_below = true;
         }
+        // An operand may lead back to its own solid for as long as one likes.
+        (sample, None)
     }
 
     /// Draws from what is below a state, of the parts of a union in one rule each as likely.

@@ -278,7 +278,7 @@ impl<'a> States<'a> {
         self.unions.parts(self.get(place).state.node())
     }
 
-    fn is_operator_at(&self, state: &State, operator: Operator) -> bool {
+    pub(super) fn is_operator_at(&self, state: &State, operator: Operator) -> bool {
         matches!(self.graph.node(state.node()), Node::Operator(node) if node.operator == operator)
     }
 

@@ -106,7 +106,7 @@ impl Operation {
     pub(super) fn resume(&mut self, answer: Answer) -> Next {
         let Question { seek, from, limit, .. } = self.question;
         match (seek, self.other) {
-            (Seek::Inside, _) if answer.t > limit => Next::Answer(Answer::NEVER),
+            (Seek::Inside, _) if answer.t > limit || answer.t == f64::INFINITY => Next::Answer(Answer::NEVER),
             // This one is inside where the other has come inside.
             (Seek::Inside, Some(other)) if answer.t <= other.t => Next::Answer(other),
             (Seek::Inside, _) => self.ask_other(answer, answer.t, limit),
