@@ -170,6 +170,44 @@ fn maps_that_shrink_in_the_long_run() {
     assert!(off(found.root, Aabb::new(DVec3::ZERO, DVec3::ZERO)) < 1e-9);
 }
 
+/// By a millionth each time round: more rounds than there is time for.
+#[test]
+fn what_shrinks_slowly() {
+    let slow = 0.999_999;
+    let cube = Aabb::new(DVec3::NEG_ONE, DVec3::ONE);
+    let turned = |turn: DMat3| DAffine3::from_mat3(slow * turn);
+    let about = |symbols: Vec<Vec<(DAffine3, usize)>>, known: Aabb, least: f64| {
+        let mut shapes = vec![None; symbols.len()];
+        shapes[0] = Some(cube);
+        let found = boxes(&Ifs { symbols, shapes });
+        assert!(found.root.encloses(known), "{:?}", found.root);
+        let error = off(found.root, known);
+        assert!(error <= least && error <= found.gap + 1e-7, "{:?} {}", found.root, found.gap);
+    };
+    let quarter = turned(DMat3::from_rotation_z(std::f64::consts::FRAC_PI_2));
+    let flipped = turned(DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0)));
+    about(vec![vec![(turned(DMat3::IDENTITY), 0)]], cube, 1e-5);
+    about(vec![vec![(quarter, 0), (flipped, 0)]], cube, 1e-5);
+    // There by a hundred, and back.
+    let back = DAffine3::from_scale(DVec3::splat(slow / 100.0));
+    about(vec![vec![(similar(100.0, [0.0; 3]), 1)], vec![(back, 0)]], cube, 1e-5);
+    // Far away at last, in one direction.
+    let far = Aabb::new(DVec3::NEG_ONE, DVec3::new(1.0, 1.0, 1.0 / (1.0 - slow)));
+    let moved = DAffine3::from_translation(DVec3::Z) * turned(DMat3::IDENTITY);
+    let found = boxes(&Ifs { symbols: vec![vec![(moved, 0)]], shapes: vec![Some(cube)] }).root;
+    assert!(found.encloses(far) && found.max.z < 1.1e6, "{found:?}");
+    assert!(off(found, Aabb { max: DVec3::new(1.0, 1.0, found.max.z), ..far }) < 1e-1, "{found:?}");
+    // Turned against the axes, it is a column: of the first corners, one comes close to each face.
+    let turn = turned(DMat3::from_rotation_z(0.7));
+    let reach = |n: i32| {
+        libm::pow(slow, f64::from(n))
+            * (libm::cos(0.7 * f64::from(n)).abs() + libm::sin(0.7 * f64::from(n)).abs())
+    };
+    let side = (0..10_000).map(reach).fold(0.0, f64::max) - 1e-9;
+    let column = Aabb::new(DVec3::new(-side, -side, -1.0), DVec3::new(side, side, 1.0));
+    about(vec![vec![(turn, 0)]], column, 1e-5);
+}
+
 #[test]
 fn what_does_not_shrink_is_an_error() {
     let round_of = |ifs: &Ifs| match error_of(ifs) {
@@ -443,5 +481,48 @@ proptest! {
         let found = boxes(&recipe.ifs);
         prop_assert!(found.endless.unwrap().contraction < 1.0);
         recipe.check(&found, seed);
+    }
+
+    /// With so few expansions the boxes are guessed, and must hold whatever the way leads to.
+    #[test]
+    fn guessed_boxes_hold_what_shrinks_slowly(
+        maps in prop::collection::vec((0..3_usize, turns(), 2..7_i32, vectors(1.0), -5..2_i32, 0..2_usize), 2..=4),
+        expansions in 1..200_usize,
+        seed in 0_u64..1 << 40,
+    ) {
+        let cube = Aabb::new(DVec3::NEG_ONE, DVec3::ONE);
+        let mut symbols = vec![Vec::new(), Vec::new()];
+        for (at, (kind, turn, slowness, offset, size, below)) in maps.into_iter().enumerate() {
+            let turn = match kind {
+                0 => DMat3::IDENTITY,
+                1 => DMat3::from_cols(DVec3::Y, DVec3::NEG_X, DVec3::Z),
+                _ => turn,
+            };
+            let power = |exponent: i32| libm::pow(10.0, f64::from(exponent));
+            let matrix3 = turn * (1.0 - power(-slowness));
+            symbols[at % 2].push((DAffine3 { matrix3, translation: offset * power(size - 3) }, below));
+        }
+        let ifs = Ifs { symbols, shapes: vec![Some(cube), None] };
+        let found = exact(&ifs, &Limits::default().with_expansions(expansions)).unwrap().root;
+        let mut seed = seed;
+        for length in (0..50).map(|n| 2 * n * n) {
+            // Up from a corner of the cube to the root.
+            let (mut symbol, mut path) = (0, Vec::new());
+            for _ in 0..length {
+                seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                let images = &ifs.symbols[symbol];
+                let (map, below) = images[usize::try_from(seed >> 33).unwrap() % images.len()];
+                path.push(map);
+                symbol = below;
+            }
+            if symbol == 0 {
+                for corner in cube.corners() {
+                    let point = path.iter().rfold(corner, |point, map| map.transform_point3(point));
+                    let margin = 1e-9 * found.max.max(-found.min).max_element();
+                    let outer = Aabb { min: found.min - margin, max: found.max + margin };
+                    prop_assert!(outer.contains(point), "{point} {found:?}");
+                }
+            }
+        }
     }
 }

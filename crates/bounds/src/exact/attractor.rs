@@ -9,6 +9,7 @@
 //! 2. Each face is asked for by a support query that goes down some levels, to where the boxes that it ends at are a
 //!    fraction of what they were, and so is their looseness. Rounds of such queries end when every gap is as small as the
 //!    limits want it.
+//! 3. Where a cycle shrinks so slowly that this does not end, boxes are [guessed](super::guess).
 //!
 //! Each round asks for no more than it can get: an eighth of the gap that is left. A query that wants everything at once
 //! would look at every copy that a loose box lets come near the face, and with ties these are as many as there are copies.
@@ -22,6 +23,7 @@
 
 use super::bottom_up::{BottomUp, EMPTY, mapped};
 use super::contraction::{Contraction, Edge, Failure};
+use super::guess::Guess;
 use super::query::Search;
 use super::solids::{Image, Part};
 use super::states::Term;
@@ -38,8 +40,11 @@ const FIRST: usize = 32;
 /// How many times the rounding errors of its support a gap is at least worth a query. An attractor may be flat.
 pub(super) const ERRORS: f64 = 16.0;
 
-/// How many times the most expansions of a query all rounds together may take, for each solid.
+/// How many times the most expansions of a query all rounds together may take, for each solid, and all guesses.
 const BUDGET: u64 = 16;
+
+/// The smallest share of a box that a guess is larger by than what is inside, as a power of ½.
+const HALVINGS: i32 = 52;
 
 /// A union or an intersection that is a part of itself.
 struct Vertex {
@@ -58,7 +63,7 @@ struct Vertex {
 }
 
 /// Directions of the faces: those at the upper side, then those at the lower.
-const FACES: [DVec3; 6] = [DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z];
+pub(super) const FACES: [DVec3; 6] = [DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z];
 
 impl<S: Scene> BottomUp<S> {
     /// Bounds the states of a component.
@@ -83,7 +88,10 @@ impl<S: Scene> BottomUp<S> {
                 let aabb = aabb.intersect(vertex.clip);
                 self.solids.confine(vertex.solid, aabb, aabb.size().max_element());
             }
-            self.refine(limits, &mut vertices, &contraction, &parts);
+            if !self.refine(limits, &mut vertices, &contraction, &parts) {
+                self.set_errors(&vertices, &contraction, &parts);
+                self.guess(limits, &mut vertices);
+            }
         }
         for vertex in &vertices {
             let solid = self.solids.solid(vertex.solid);
@@ -211,18 +219,18 @@ impl<S: Scene> BottomUp<S> {
         edges
     }
 
-    /// Rounds of queries, until all gaps are small or no longer get smaller.
+    /// Rounds of queries, until all gaps are small or no longer get smaller. Whether they are small.
     fn refine(
         &mut self,
         limits: &Limits,
         vertices: &mut [Vertex],
         contraction: &Contraction,
         parts: &[Part],
-    ) {
+    ) -> bool {
         let mut search = Search::new(limits);
         search.limit = FIRST.min(limits.expansions);
         let budget = (limits.expansions as u64).saturating_mul(BUDGET * vertices.len() as u64);
-        loop {
+        let settled = loop {
             self.set_errors(vertices, contraction, parts);
             let mut slowest = 0.0_f64;
             for vertex in vertices.iter_mut() {
@@ -231,14 +239,63 @@ impl<S: Scene> BottomUp<S> {
             self.drop_empty(vertices);
             let stuck = slowest > 0.999 && search.limit >= limits.expansions;
             if slowest <= 0.0 || stuck || search.expansions >= budget {
-                break;
+                break slowest <= 0.0;
             }
             if slowest > 0.5 {
                 search.limit = (2 * search.limit).min(limits.expansions);
             }
-        }
+        };
         self.search.queries += search.queries;
         self.search.expansions += search.expansions;
+        settled
+    }
+
+    /// Guesses boxes as close as can be to what is inside: all faces at once, because they may depend on each other, and
+    /// then those in each direction alone, because some may be as far as they seem.
+    fn guess(&mut self, limits: &Limits, vertices: &mut [Vertex]) {
+        let budget = (limits.expansions as u64).saturating_mul(BUDGET * vertices.len() as u64);
+        let mut spent = 0;
+        for chosen in std::iter::once(None).chain((0..FACES.len()).map(Some)) {
+            // The most halvings that hold, by bisection.
+            let (mut least, mut most, mut best) = (0, HALVINGS + 1, None);
+            while most - least > 1 && spent < budget {
+                let halvings = least.midpoint(most);
+                let boxes: Vec<Aabb> =
+                    vertices.iter().map(|vertex| self.closer(vertex, chosen, halvings).0).collect();
+                let (solids, first) = (&self.solids, vertices[0].solid);
+                let limit = limits.expansions;
+                let mut guess = Guess { solids, first, boxes: &boxes, limit, expansions: 0 };
+                if guess.holds() {
+                    (least, best) = (halvings, Some(halvings));
+                } else {
+                    most = halvings;
+                }
+                spent += guess.expansions;
+            }
+            let Some(halvings) = best else { continue };
+            for vertex in vertices.iter_mut() {
+                let (aabb, gaps) = self.closer(vertex, chosen, halvings);
+                vertex.gaps = gaps;
+                self.solids.confine(vertex.solid, aabb, gaps.into_iter().fold(0.0, f64::max));
+            }
+        }
+        self.search.expansions += spent;
+    }
+
+    /// A box between that of a solid and what is known to be inside, with its gaps: larger by so many halvings of its size,
+    /// in the chosen direction if there is one.
+    fn closer(&self, vertex: &Vertex, chosen: Option<usize>, halvings: i32) -> (Aabb, [f64; 6]) {
+        let bounds = self.solids.solid(vertex.solid).bounds;
+        let margin = libm::ldexp(bounds.magnitude(), -halvings);
+        let (mut faces, mut gaps) = (FACES.map(|direction| bounds.support(direction)), vertex.gaps);
+        for at in (0..FACES.len()).filter(|at| chosen.is_none_or(|chosen| chosen == *at)) {
+            let (face, gap) = (&mut faces[at], &mut gaps[at]);
+            if gap.is_finite() && margin < *gap {
+                *face -= *gap - margin;
+                *gap = margin;
+            }
+        }
+        (box_of(faces), gaps)
     }
 
     fn set_errors(&mut self, vertices: &[Vertex], contraction: &Contraction, parts: &[Part]) {
@@ -286,9 +343,7 @@ impl<S: Scene> BottomUp<S> {
             slowest = slowest.max(gap / known);
             vertex.gaps[at] = gap;
         }
-        let [max_x, max_y, max_z, min_x, min_y, min_z] = faces;
-        let max = DVec3::new(max_x, max_y, max_z);
-        let aabb = Aabb::new(DVec3::ZERO - DVec3::new(min_x, min_y, min_z), max);
+        let aabb = box_of(faces);
         let gap = vertex.gaps.iter().fold(0.0, |gap: f64, face| gap.max(*face));
         self.solids.confine(vertex.solid, aabb, if aabb.is_empty() { 0.0 } else { gap });
         slowest
@@ -332,4 +387,9 @@ impl<S: Scene> BottomUp<S> {
         }
         self.states.endless(scene, cycle, failure.round)
     }
+}
+
+/// The box with these faces.
+fn box_of([max_x, max_y, max_z, min_x, min_y, min_z]: [f64; 6]) -> Aabb {
+    Aabb::new(DVec3::ZERO - DVec3::new(min_x, min_y, min_z), DVec3::new(max_x, max_y, max_z))
 }

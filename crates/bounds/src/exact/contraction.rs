@@ -65,8 +65,12 @@ const PASSES: usize = 100;
 /// A spectral radius this close to 1 counts as 1: rounding, and powers of shears.
 const NEITHER: f64 = 1e-6;
 
-/// The part of the largest constant that each bₑ and cₛ is at least.
+/// The part of the largest constant that each bₑ and cₛ is at least. That of bₑ, of which a slow cycle adds up many, is also
+/// at most what the cycle takes away.
 const LEAST: f64 = 1e-3;
+
+/// What that must be more than, for the certificate to be above rounding.
+const LEAST_OFFSET: f64 = 1e-9;
 
 impl Contraction {
     /// Finds norms for the edges of `count` solids, sorted by the solid above.
@@ -189,7 +193,9 @@ impl Contraction {
         if largest >= 1e280 {
             return None;
         }
-        offsets.iter_mut().chain(&mut reach).for_each(|length| *length = length.max(LEAST * largest));
+        let least = LEAST.min(1.0 - self.factor).max(LEAST_OFFSET);
+        offsets.iter_mut().for_each(|length| *length = length.max(least * largest));
+        reach.iter_mut().for_each(|length| *length = length.max(LEAST * largest));
         let mut radii = self.fixed_point(&offsets, &reach).ok()?;
         radii.iter_mut().for_each(|radius| *radius *= 1.0 + 1.0 / 16.0);
         let holds_rest = radii.iter().zip(&reach).all(|(radius, reach)| reach <= radius);

@@ -28,6 +28,7 @@
 //! - [`norm`]: lengths by which maps shrink that only do so in the long run.
 //! - [`contraction`]: the certificate that the recursion shrinks, and the first boxes.
 //! - [`attractor`]: better boxes, by queries that go round the cycle.
+//! - [`guess`]: better ones where the cycle shrinks too slowly for that.
 //! - [`shrinks`]: the same certificate for all that a ray goes through, what is subtracted included.
 //!
 //! ## What is exact
@@ -48,6 +49,7 @@ mod components;
 mod contraction;
 mod finest;
 mod furthest;
+mod guess;
 mod norm;
 mod query;
 mod shrinks;

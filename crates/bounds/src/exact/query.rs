@@ -186,7 +186,7 @@ impl Search {
             Kind::Intersection(parts) => {
                 let parts = solids.parts(parts);
                 let upper = |at: &usize| {
-                    let (direction, offset) = below(&parts[*at], &next);
+                    let (direction, offset) = below(&parts[*at], next.direction, next.offset);
                     offset + solids.solid(parts[*at].solid).bounds.support(direction)
                 };
                 // The one with the least bound is asked first, and often settles it.
@@ -215,7 +215,7 @@ impl Search {
     fn enter<S: Shape>(&mut self, solids: &Solids<S>, part: &Part, above: &Open) {
         let (mut part, mut open) = (*part, Open { depth: above.depth + 1, ..*above });
         loop {
-            (open.direction, open.offset) = below(&part, &open);
+            (open.direction, open.offset) = below(&part, open.direction, open.offset);
             open.solid = part.solid;
             let Open { direction, offset, .. } = open;
             let query = &mut self.query;
@@ -288,12 +288,11 @@ impl Search {
     }
 }
 
-/// The direction of a query in the frame of a part, and the support of its origin.
-fn below(part: &Part, above: &Open) -> (DVec3, f64) {
+/// The direction of a query in the frame of a part, and the support of its origin, given those above.
+pub(super) fn below(part: &Part, d: DVec3, offset: f64) -> (DVec3, f64) {
     let map = &part.chain.parent_from_child;
-    let d = above.direction;
     let m = &map.matrix3;
-    (DVec3::new(m.x_axis.dot(d), m.y_axis.dot(d), m.z_axis.dot(d)), above.offset + map.translation.dot(d))
+    (DVec3::new(m.x_axis.dot(d), m.y_axis.dot(d), m.z_axis.dot(d)), offset + map.translation.dot(d))
 }
 
 /// How far the support of a solid may be below that of its box, of that size and certified within the gap: each face is
