@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-use csg_graph::{Analysis, Limits, StatesError};
+use csg_graph::{Analysis, EvalError, Fault, Limits, Place, State, StatesError};
 use csg_graph_bounds::{Aabb, BoundsError, Envelopes};
 use csg_graph_grammar::{Diagnostic, Lowered, Override, Scene, Severity};
 
@@ -14,6 +14,9 @@ use crate::{Failure, bounds, output, say};
 
 /// Nodes that are looked at for each face of the box that the camera frames, where the states are too many to be listed.
 const FACE_STEPS: usize = 2000;
+
+/// States that are looked at for one that leads to nothing, where they are too many to be listed.
+const LOOKED_AT: usize = 100_000;
 
 /// The most bytes that a file may have.
 const LARGEST: u64 = 1 << 26;
@@ -107,11 +110,15 @@ impl Loaded {
         }
     }
 
-    /// Bounds for states that are too many to be listed, of which an option would allow more.
+    /// Bounds for states that are too many to be listed, of which an option would allow more. A recursion that leads to
+    /// nothing is a mistake among these, too, as far as it can be known.
     pub(crate) fn envelopes(&self, option: &str) -> Result<Envelopes, Failure> {
         const ANYWHERE: &str =
             "it has more states than are listed, and without a list its parts may be anywhere";
         let envelopes = Envelopes::new(self.scene.graph.clone(), &self.bounds_limits());
+        if let Some(state) = envelopes.leads_nowhere(LOOKED_AT) {
+            return Err(self.nowhere(&state));
+        }
         let reason = match envelopes.of(&self.scene.graph.root_state()) {
             Ok(root) if root.aabb().is_bounded() => return Ok(envelopes),
             Ok(_) => format!("{ANYWHERE}; raise {option}"),
@@ -151,8 +158,22 @@ impl Loaded {
         self.mistakes(&[self.explained(error, "")])
     }
 
-    /// The same for who wants more than can be said without a list.
+    /// Reports a state that leads on and on, and to nothing.
+    pub(crate) fn nowhere(&self, state: &State) -> Failure {
+        let graph = &self.scene.graph;
+        let at = Place { node: state.node(), expr: None, label: graph.node_name(state.node()) };
+        let error = EvalError { at, fault: Fault::Nothing, values: graph.live_values(state) };
+        self.failure(&error.into())
+    }
+
+    /// [`Self::failure`] for who wants more than can be said without a list. No limit is enough for what leads to nothing.
     pub(crate) fn failure_to_list(&self, error: &StatesError) -> Failure {
+        if let StatesError::TooMany { .. } = error {
+            let envelopes = Envelopes::new(self.scene.graph.clone(), &self.bounds_limits());
+            if let Some(state) = envelopes.leads_nowhere(LOOKED_AT) {
+                return self.nowhere(&state);
+            }
+        }
         self.mistakes(&[self.explained(error, "; without a list, `pcsg check` tells the box of the whole")])
     }
 

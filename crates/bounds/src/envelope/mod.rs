@@ -19,7 +19,7 @@
 //!   under what turns by right angles only.
 //! - [`primitive`]: primitives with intervals for measures.
 //!
-//! [`refine`] looks closer at one state, where that matters.
+//! [`refine`] looks closer at one state, where that matters; [`nowhere`] finds recursion of which there is nothing to bound.
 
 mod assemble;
 mod body;
@@ -27,6 +27,7 @@ mod control;
 mod fixpoint;
 mod general;
 mod keys;
+mod nowhere;
 mod primitive;
 mod question;
 mod refine;

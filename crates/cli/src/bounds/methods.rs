@@ -1,6 +1,6 @@
 //! Running the algorithms: what each would cost is known before it is begun.
 
-use csg_graph::{Analysis, BigUint, EvalError, Fault, Graph, Place};
+use csg_graph::{Analysis, BigUint, EvalError, Graph};
 use csg_graph_bounds::{BoundsError, ExactBoxes, HyperBoxes, Limits, chain, conventional, exact};
 
 use crate::Failure;
@@ -67,10 +67,10 @@ pub(crate) fn hyper_boxes(
 pub(crate) fn exact_boxes(loaded: &Loaded, limits: &Limits) -> Result<ExactBoxes<Graph>, Failure> {
     let graph = &loaded.scene.graph;
     let boxes = exact(graph, limits).map_err(|error| failure(loaded, error))?;
-    let Some(state) = boxes.leads_nowhere() else { return Ok(boxes) };
-    let at = Place { node: state.node(), expr: None, label: graph.node_name(state.node()) };
-    let error = EvalError { at, fault: Fault::Nothing, values: graph.live_values(state) };
-    Err(loaded.failure(&error.into()))
+    match boxes.leads_nowhere() {
+        Some(state) => Err(loaded.nowhere(state)),
+        None => Ok(boxes),
+    }
 }
 
 /// Why an algorithm found no boxes.

@@ -154,6 +154,29 @@ fn recursion_to_nothing_is_an_error() {
         .expect("it can be written");
     let (code, _, err, _) = run_in(folder.path(), &["render", "point.pcsg"]);
     assert!(code == 1 && err.contains("large and 0.0e0 from the origin"), "{err}");
+    for rules in [
+        // By chance, by numbers that count on and on, in what is subtracted, and past a choice by chance.
+        "{} A\nA -> rotz(rand(0, 90)) uscale(0.5) A",
+        "{ n = 0; } A\nA -> {n = n + 1} move(0, 0, 1 / n) uscale(0.5) A",
+        "{} B\nA -> rotz(rand(0, 90)) uscale(0.5) A\nB -> sphere \\ A",
+        "{} C\nA -> rotz(rand(0, 90)) uscale(0.5) A\nB pick(1, 1)\n1: B -> sphere\n2: B -> A\nC -> B | B | B | B | B\n",
+    ] {
+        fs::write(folder.path().join("vast.pcsg"), rules).expect("it can be written");
+        for command in ["check", "render", "bounds", "bench"] {
+            let options = [command, "vast.pcsg", "--max-states", "1000"];
+            let (code, out, err, _) = run_in(folder.path(), &options);
+            assert!(err.contains("leads on and on, and to no solid"), "{command} {rules}: {out}{err}");
+            assert!(err.contains("--> vast.pcsg:2:1"), "{command} {rules}: {err}");
+            assert_eq!((code, out.as_str()), (1, ""), "{command} {rules}");
+        }
+    }
+    // There are ways that no number takes.
+    let never = "{ n = 20; } B\nA -> rotz(rand(0, 90)) uscale(0.5) A
+        B if(n > 0, if(rand(0, 1) < 2, 1, 2), 3)\n1: B -> {n = n - 1} uscale(0.5) (B | rotz(90) B)\n2: B -> A\n3: B -> sphere
+        image { width = 8; height = 8; samples = 1; }";
+    fs::write(folder.path().join("never.pcsg"), never).expect("it can be written");
+    let (code, _, err, _) = run_in(folder.path(), &["check", "never.pcsg", "--max-states", "1000"]);
+    assert_eq!((code, err.as_str()), (0, ""));
     let clipped = "{} A\nA -> uscale(0.5) A & sphere\nimage { width = 8; height = 8; }\n";
     fs::write(folder.path().join("clipped.pcsg"), clipped).expect("it can be written");
     for command in ["check", "render"] {
