@@ -100,7 +100,7 @@ pub struct SceneArgs {
     pub set: Vec<String>,
     /// The seed of all random numbers, in place of the file's: another seed, another of its kind
     ///
-    /// A whole number below 2^53. It is what --set seed=N does.
+    /// A whole number below 2^53. It is what --set seed=N does, so that they may not differ.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole::<u64>(0..=(1 << 53) - 1))]
     pub seed: Option<u64>,
     /// The most states to list
@@ -112,10 +112,24 @@ pub struct SceneArgs {
 
 impl SceneArgs {
     /// All assignments to initial parameters, of which the last to a parameter counts.
-    pub(crate) fn assignments(&self) -> Vec<Setting> {
+    ///
+    /// # Errors
+    /// If there are two options for the seed, and they give two.
+    pub(crate) fn assignments(&self) -> Result<Vec<Setting>, Failure> {
         let set = self.set.iter().map(|text| Setting { option: "--set", text: text.clone() });
-        let seed = self.seed.map(|seed| Setting { option: "--seed", text: format!("seed={seed}") });
-        set.chain(seed).collect()
+        let mut settings: Vec<Setting> = set.collect();
+        let Some(seed) = self.seed else { return Ok(settings) };
+        let own = Setting { option: "--seed", text: format!("seed={seed}") };
+        if let Some(other) = settings.iter().rfind(|setting| setting.name() == own.name())
+            && !other.has_value(seed)
+        {
+            return Err(Failure::Usage(format!(
+                "--seed {seed} and --set {} give two seeds; leave one of them out",
+                other.text
+            )));
+        }
+        settings.push(own);
+        Ok(settings)
     }
 }
 
@@ -132,6 +146,11 @@ impl Setting {
     /// The parameter that it sets.
     pub(crate) fn name(&self) -> &str {
         self.text.split('=').next().unwrap_or_default().trim()
+    }
+
+    /// Whether it says this number, not as an expression of others.
+    fn has_value(&self, number: u64) -> bool {
+        self.text.split_once('=').is_some_and(|(_, text)| text.trim().parse() == Ok(number as f64))
     }
 }
 

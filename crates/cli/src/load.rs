@@ -40,7 +40,7 @@ pub(crate) struct Loaded {
 pub(crate) fn load(args: &SceneArgs) -> Result<Loaded, Failure> {
     let source = read(&args.scene)?;
     let name = args.scene.display().to_string();
-    let settings = args.assignments();
+    let settings = args.assignments()?;
     let lowered = lower(&source, &settings).map_err(|diagnostics| {
         report(&name, &source, &diagnostics);
         mistakes(&args.scene, &diagnostics)

@@ -146,3 +146,19 @@ fn mistakes_in_the_input_end_with_1() {
         assert!(err.contains(expected), "{args:?}: {err}");
     }
 }
+
+#[test]
+fn two_seeds_are_one_too_many() {
+    let bush = scene("bush.pcsg");
+    let check = |options: &[&str]| run(&[&["check", path(&bush), "--seed", "5"], options].concat());
+    for other in ["seed=6", " seed = 3 + 2"] {
+        let (code, out, err, _) = check(&["--set", other]);
+        assert_eq!((code, out.as_str()), (2, ""), "{err}");
+        assert!(err.contains(&format!("--seed 5 and --set {other} give two seeds")), "{err}");
+    }
+    // The last assignment counts, and what is the same is no contradiction.
+    for same in [&["--set", "seed=5"][..], &["--set", "seed=6", "--set", "seed = 5.0"]] {
+        let (code, _, err, _) = check(same);
+        assert_eq!((code, err.as_str()), (0, ""));
+    }
+}
