@@ -62,6 +62,9 @@ pub enum FigureError {
     /// Its file is no picture, or cannot become one.
     #[error("docs/figures/{0}: {1}")]
     Picture(&'static str, image::ImageError),
+    /// There is none of that name.
+    #[error("docs/figures has no `{0}` that a command draws")]
+    NoSuchFigure(String),
     /// Its file holds another drawing.
     #[error(
         "docs/figures/{0} is not what its command draws now; look at `cargo xtask figures` and its difference"
@@ -72,13 +75,21 @@ pub enum FigureError {
 /// The arguments above are right.
 const SOUND: &str = "the command of a figure is sound";
 
-/// Draws the figures of a repository again, or checks that this would not change those that can be drawn twice.
+/// Draws the figures of a repository again, or those among them that are named, or checks that this would not change those that
+/// can be drawn twice.
 ///
 /// # Errors
-/// If one cannot be drawn, read or written, or is checked and stale.
-pub fn figures(repository: &Path, check: bool) -> Result<(), FigureError> {
+/// If a name is none of theirs, or one cannot be drawn, read or written, or is checked and stale.
+pub fn figures(repository: &Path, names: &[String], check: bool) -> Result<(), FigureError> {
+    let sheets: [(_, fn(&Path) -> _); 3] = [(ZOOM.0, zoom), (ENDLESS.0, endless), (DETAIL.0, detail)];
+    let drawings = GROWTHS.iter().chain(&COSTS).map(|(name, _)| *name).chain([STATES.0, memory::NAME]);
+    let all: Vec<_> = drawings.chain(sheets.map(|(name, _)| name)).collect();
+    if let Some(name) = names.iter().find(|name| !all.contains(&name.as_str())) {
+        return Err(FigureError::NoSuchFigure(name.clone()));
+    }
+    let is_asked = |figure: &str| names.is_empty() || names.iter().any(|name| name == figure);
     let folder = repository.join("docs/figures");
-    for (name, arguments) in GROWTHS {
+    for (name, arguments) in GROWTHS.into_iter().filter(|(name, _)| is_asked(name)) {
         let mut args: BoundsArgs = line::parse(&format!("{arguments} --plot {name}")).expect(SOUND);
         args.scene.scene = repository.join(&args.scene.scene);
         let drawing = csg_graph_cli::bounds::drawing(&args)?;
@@ -89,9 +100,8 @@ pub fn figures(repository: &Path, check: bool) -> Result<(), FigureError> {
             return Err(FigureError::Stale(name));
         }
     }
-    let sheets =
-        [(ZOOM.0, zoom(repository)?), (ENDLESS.0, endless(repository)?), (DETAIL.0, detail(repository)?)];
-    for (name, sheet) in sheets {
+    for (name, draw) in sheets.into_iter().filter(|(name, _)| is_asked(name)) {
+        let sheet = draw(repository)?;
         let picture = |error| FigureError::Picture(name, error);
         if !check {
             let bytes = csg_graph_cli::render::encode(&sheet).map_err(picture)?;
@@ -106,16 +116,22 @@ pub fn figures(repository: &Path, check: bool) -> Result<(), FigureError> {
     if check {
         return Ok(());
     }
-    for (name, arguments) in COSTS {
+    for (name, arguments) in COSTS.into_iter().filter(|(name, _)| is_asked(name)) {
         let mut args: BenchArgs = line::parse(&format!("{arguments} --plot {name}")).expect(SOUND);
         args.scene.scene = repository.join(&args.scene.scene);
         let drawing = csg_graph_cli::bench::drawing(&args)?;
         fs::write(folder.join(name), drawing).map_err(|error| FigureError::File(name, error))?;
     }
     let (name, _) = STATES;
-    fs::write(folder.join(name), states()?).map_err(|error| FigureError::File(name, error))?;
-    let drawing = memory::drawing().map_err(|error| FigureError::Measurement(memory::NAME, error))?;
-    fs::write(folder.join(memory::NAME), drawing).map_err(|error| FigureError::File(memory::NAME, error))
+    if is_asked(name) {
+        fs::write(folder.join(name), states()?).map_err(|error| FigureError::File(name, error))?;
+    }
+    let name = memory::NAME;
+    if is_asked(name) {
+        let drawing = memory::drawing().map_err(|error| FigureError::Measurement(name, error))?;
+        fs::write(folder.join(name), drawing).map_err(|error| FigureError::File(name, error))?;
+    }
+    Ok(())
 }
 
 /// The drawing of what boxes cost by the number of states.
@@ -190,6 +206,6 @@ fn sheet(
 }
 
 /// The chore.
-pub fn run(repository: &Path, check: bool) -> ExitCode {
-    exit_code(figures(repository, check))
+pub fn run(repository: &Path, names: &[String], check: bool) -> ExitCode {
+    exit_code(figures(repository, names, check))
 }

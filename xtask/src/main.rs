@@ -28,6 +28,9 @@ enum Chore {
     },
     /// Draw the figures of the documents, docs/figures, again
     Figures {
+        /// Only those with these names, as memory.svg
+        #[arg(value_name = "NAME")]
+        only: Vec<String>,
         /// Draw nothing; fail if that would change one
         #[arg(long)]
         check: bool,
@@ -54,7 +57,7 @@ fn main() -> ExitCode {
     match Xtask::parse().command {
         Chore::Pcsg(command) => csg_graph_cli::run(command),
         Chore::Golden { bless } => golden_images(&bless),
-        Chore::Figures { check } => figures::run(&repository(), check),
+        Chore::Figures { only, check } => figures::run(&repository(), &only, check),
         Chore::Gallery { only } => gallery::run(&repository(), &only),
         Chore::Prove(options) => prove::run(&options),
         Chore::Agree(options) => agree::run(&options),

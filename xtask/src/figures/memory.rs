@@ -20,7 +20,8 @@ const SCENES: [(&str, &str); 2] = [
 /// The budgets are two to these powers: 16M to 1G.
 const LOG2_MEMORY: RangeInclusive<u8> = 24..=30;
 
-/// Measures and draws.
+/// Measures and draws, and tells each measurement: together they take minutes.
+#[expect(clippy::print_stderr, reason = "the report of a chore")]
 pub(super) fn drawing() -> io::Result<String> {
     let folder = tempfile::tempdir()?;
     let [picture, stats] = ["picture.png", "stats.json"].map(|name| folder.path().join(name));
@@ -36,7 +37,9 @@ pub(super) fn drawing() -> io::Result<String> {
                 let untold = || io::Error::other(format!("the statistics do not tell {name}"));
                 stats[name].as_f64().ok_or_else(untold)
             };
-            runs.push(Budgeted::new(scene, log2_memory, number("cpu_seconds")?, number("peak_memory")?));
+            let (seconds, peak) = (number("cpu_seconds")?, number("peak_memory")?);
+            eprintln!("{scene}, --memory {}M: {seconds:.1} s, {:.0} MB", 1 << (log2_memory - 20), peak / 1e6);
+            runs.push(Budgeted::new(scene, log2_memory, seconds, peak));
         }
     }
     let command =
