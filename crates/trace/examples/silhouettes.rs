@@ -239,7 +239,7 @@ impl Solid {
             }
             let corners = bounds.corners().map(|corner| world_from_part.transform_point3(corner));
             // A box that is not all before the eye may be seen anywhere.
-            if !self.pixels.of(corners).is_some_and(|corners| !is_open_near(&corners, open)) {
+            if self.pixels.of(corners).is_none_or(|corners| is_open_near(&corners, open)) {
                 pending.extend(
                     below.iter().map(|(part_from_below, below)| (world_from_part * *part_from_below, *below)),
                 );
@@ -249,13 +249,13 @@ impl Solid {
 }
 
 /// Closes the rays that are near all corners of a box, and says whether others are left that are near its rectangle.
+#[expect(clippy::cast_possible_truncation, reason = "places are limited to the picture")]
 fn is_open_near(corners: &[DVec2], open: &mut [bool]) -> bool {
     let min = corners.iter().copied().fold(DVec2::INFINITY, DVec2::min);
     let max = corners.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
     // What a circle holds is in a square of its width.
     let is_small = (max - min).max_element() <= 2.0 * NEAR;
     let [columns, rows] = [(min.x, max.x), (min.y, max.y)].map(|(min, max)| {
-        // Saturates at the edges of the picture.
         let ray = |at: f64| (at * f64::from(RAYS) - 0.5).clamp(0.0, ACROSS as f64);
         ray(min - NEAR).ceil() as usize..(ray(max + NEAR).floor() as usize + 1).min(ACROSS)
     });
