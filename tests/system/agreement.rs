@@ -134,6 +134,16 @@ fn any_number_of_threads_compiles_and_traces_the_same() {
     }
 }
 
+/// And all scenes, those with random numbers in them among them, if they are small.
+#[test]
+fn eight_threads_make_the_pictures_of_one() {
+    for (name, _) in ENDING.into_iter().flat_map(corpus) {
+        let set = smaller(&name);
+        let [one, eight] = [1, 8].map(|threads| picture(&name, &set, Choice::Compiled, threads));
+        assert!(one == eight, "{name}");
+    }
+}
+
 #[test]
 fn boxes_change_the_cost_and_not_the_picture() {
     for (name, _) in ENDING.into_iter().flat_map(corpus) {
