@@ -23,7 +23,6 @@ use super::frame::narrow;
 use super::hits::Place;
 use super::lanes::LANES;
 use super::sample::Dice;
-use super::tree::WIDTH;
 use crate::Ray;
 use crate::shapes::Extents;
 
@@ -262,7 +261,7 @@ impl Compiled {
             let mut open: Vec<usize> = ball.root.and_then(|root| root.get().err()).into_iter().collect();
             while let Some(at) = open.pop() {
                 let node = &self.nodes[at];
-                for slot in 0..WIDTH.min(node.count as usize) {
+                for slot in node.slots() {
                     match node.children[slot].get() {
                         Err(below) => open.push(below),
                         Ok(item) => {
@@ -292,7 +291,7 @@ impl Compiled {
     /// The box of a node of a super-node, in the frame of that.
     pub(super) fn node_bounds(&self, number: u32, at: usize) -> Aabb {
         let node = &self.nodes[at];
-        let slots = (0..WIDTH.min(node.count as usize)).map(|slot| node.bounds(slot));
+        let slots = node.slots().map(|slot| node.bounds(slot));
         self.supers[number as usize].bounds(slots.fold(Aabb::EMPTY, Aabb::join))
     }
 }

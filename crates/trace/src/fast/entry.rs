@@ -19,7 +19,7 @@ use super::frame::DRIFT;
 use super::held::Held;
 use super::hits::{Hits, Place, ROOT, START, Trail};
 use super::lanes::{LANES, Rays};
-use super::tree::{Child, WIDTH};
+use super::tree::Child;
 
 /// The most entries of a beam.
 const MOST: usize = 16;
@@ -253,7 +253,7 @@ impl Candidate {
         }
         while let Some(at) = open.pop() {
             let node = &block.nodes[at];
-            for slot in 0..WIDTH.min(node.count as usize) {
+            for slot in node.slots() {
                 let Aabb { min, max } = ball.bounds(node.bounds(slot));
                 let bounds = Aabb { min: min - drift, max: max + drift };
                 let Some(near) = self.beam.meets(&bounds) else { continue };

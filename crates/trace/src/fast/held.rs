@@ -289,6 +289,8 @@ impl<'a> Held<'a> {
                     let block = Arc::clone(&self.visits.borrow()[number as usize].0);
                     measure_nodes(self.source, &block, self.rounds)
                 };
+                // They belong to the block, and all that look into it ask for as many.
+                debug_assert_eq!(self.rounds, self.source.rounds());
                 return Some(block.covers.get_or_init(measure)[node].along(direction));
             }
         };

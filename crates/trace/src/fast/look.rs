@@ -14,7 +14,7 @@ use super::frame::narrow;
 use super::hits::Place;
 use super::sample::Dice;
 use super::survey::Surveyed;
-use super::tree::{Child, WIDTH};
+use super::tree::Child;
 
 /// What is seen of all nodes and items.
 #[derive(Debug, Default)]
@@ -190,6 +190,6 @@ impl Compiled {
 
     pub(super) fn children(&self, node: usize) -> impl Iterator<Item = Child> + use<> {
         let node = &self.nodes[node];
-        node.children.into_iter().take(WIDTH.min(node.count as usize))
+        node.children.into_iter().take(node.slots().len())
     }
 }

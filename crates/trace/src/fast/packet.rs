@@ -331,7 +331,7 @@ fn push<S: Simd>(simd: S, stack: &mut Vec<Open>, node: &Node, rays: &NarrowRays,
 fn candidates<S: Simd>(simd: S, node: &Node, tube: Option<&Line>, of: u32) -> ([u8; WIDTH], usize) {
     let (near, met) = match tube {
         Some(tube) => single::met(simd, node, tube, f32::MIN, f32::MAX),
-        None => ([0.0; WIDTH], (1 << node.count) - 1),
+        None => ([0.0; WIDTH], node.all_slots()),
     };
     let (mut met, mut slots, mut count) = (met & of, [0; WIDTH], 0);
     for slot in 0..8_u8 {

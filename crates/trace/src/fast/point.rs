@@ -133,5 +133,5 @@ fn holds<S: Simd>(simd: S, node: &Node, point: [f32; 3], drift: f32) -> u32 {
         let high = coordinate - f32x8::from_slice(simd, &node.planes[axis + 3]);
         over = over.max(low).max(high);
     }
-    over.simd_le(f32x8::splat(simd, drift)).to_bitmask() as u32 & ((1 << node.count) - 1)
+    over.simd_le(f32x8::splat(simd, drift)).to_bitmask() as u32 & node.all_slots()
 }

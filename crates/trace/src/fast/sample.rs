@@ -206,7 +206,7 @@ impl Sample {
 fn draw_item<'b>(block: &'b Compiled, mut node: &'b tree::Node, dice: &mut Dice) -> usize {
     loop {
         let area = |slot: usize| node.bounds(slot).surface_area();
-        let drawn = dice.draw((0..node.count as usize).map(area));
+        let drawn = dice.draw(node.slots().map(area));
         match node.children[drawn % WIDTH].get() {
             Ok(item) => return item,
             Err(below) => node = &block.nodes[below],

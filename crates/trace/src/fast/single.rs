@@ -193,7 +193,7 @@ pub(super) fn crossed<S: Simd>(
         near = near_plane.mul_add_precise(inverse, f32x8::splat(simd, line.near_offset[axis])).max(near);
         far = far_plane.mul_add_precise(inverse, f32x8::splat(simd, line.far_offset[axis])).min(far);
     }
-    let met = near.simd_le(far).to_bitmask() as u32 & ((1 << node.count) - 1);
+    let met = near.simd_le(far).to_bitmask() as u32 & node.all_slots();
     ([*near, *far], met)
 }
 

@@ -90,7 +90,7 @@ pub(super) fn add(
         let node = &mut nodes[at];
         let mut of_node = Slabs { least: [[0.0; WIDTH]; 4], most: [[0.0; WIDTH]; 4] };
         let (mut width, mut box_width) = (0.0, 0.0);
-        for slot in 0..WIDTH.min(node.count as usize) {
+        for slot in node.slots() {
             let reach = match node.children[slot].get() {
                 Ok(item) => items[item - first],
                 Err(below) => all[below - first_node],

@@ -7,6 +7,8 @@
 //! Boxes are single precision, in a frame where the super-node is a unit ball about the origin, and padded by
 //! [`PADDING`]; see [`packet`](super::packet) for what the padding covers.
 
+use std::ops::Range;
+
 use csg_graph_bounds::Aabb;
 use glam::DVec3;
 
@@ -247,6 +249,18 @@ impl Node {
         slabs: u32::MAX,
         cover: u32::MAX,
     };
+
+    /// The slots of its children, which are the first.
+    #[inline(always)]
+    pub(super) fn slots(&self) -> Range<usize> {
+        0..WIDTH.min(self.count as usize)
+    }
+
+    /// The same as a set of bits.
+    #[inline(always)]
+    pub(super) fn all_slots(&self) -> u32 {
+        (1 << self.count) - 1
+    }
 
     /// For each axis, the planes where a ray comes in, given whether its coordinate falls.
     #[inline(always)]

@@ -144,7 +144,7 @@ pub(super) fn push<S: Simd>(
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "eight bits")]
 fn overlapping<S: Simd>(simd: S, node: &Node, [low, high]: &[[f32; 3]; 2]) -> u32 {
-    let mut overlap = (1 << node.count) - 1;
+    let mut overlap = node.all_slots();
     for axis in 0..3 {
         let begins = f32x8::from_slice(simd, &node.planes[axis]).simd_le(f32x8::splat(simd, high[axis]));
         let ends = f32x8::from_slice(simd, &node.planes[axis + 3]).simd_ge(f32x8::splat(simd, low[axis]));
