@@ -102,7 +102,7 @@ fn what_memory_does_not_hold_can_be_had_with_more() {
         2: T -> cone | {n = n - 1} move(0, 0, 1) T";
     fs::write(folder.path().join("tower.pcsg"), tower).expect("it can be written");
     let (code, out, _, _) = run_in(folder.path(), &["check", "tower.pcsg"]);
-    assert!(code == 0 && out.contains("by `render` with --memory 1954M"), "{out}");
+    assert!(code == 0 && out.contains("by `render` with --memory 1563M"), "{out}");
     let (code, _, err, _) = run_in(folder.path(), &["render", "tower.pcsg"]);
     assert!(code == 1 && err.contains("raise --memory"), "{err}");
     let args = ["render", "tower.pcsg", "--max-states", "5000"];
