@@ -195,10 +195,9 @@ fn hyper_boxes(
         bounds::refuse_more_than(max_steps, &analysis.instances, loaded, what)?;
         return Ok(None);
     };
-    let boxes = bounds::hyper_boxes(method, loaded, analysis, max_steps)?;
-    check_extent(loaded, &boxes.root)?;
+    // The rough ones are enough to tell how fine it is, and quickly found.
     refuse_too_fine(loaded, &exact_boxes(loaded)?)?;
-    Ok(Some(boxes))
+    bounds::hyper_boxes(method, loaded, analysis, max_steps).map(Some)
 }
 
 /// The paper's algorithm where its work is small beside that of a picture.

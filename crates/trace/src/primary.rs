@@ -80,7 +80,8 @@ pub fn primary(world: &World<'_>, width: u32, height: u32) -> Result<PrimaryPass
 
 /// Traces one ray through the centre of each pixel, on the threads of the rayon pool that it is called in, and keeps what
 /// it meets: a probe for each pixel, row by row from the upper left corner. Rays are traced one by one, so that each has
-/// a cost of its own. A probe takes 56 bytes, and as many again until all are in rows. For the reference walk and the grid, all states are listed first.
+/// a cost of its own. A probe takes 56 bytes, and as many again until all are in rows. For the reference walk and the grid,
+/// all states are listed first.
 ///
 /// # Errors
 /// As [`render`](crate::render), and if the states have no list.

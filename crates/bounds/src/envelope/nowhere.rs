@@ -21,14 +21,9 @@ impl Envelopes {
     pub fn leads_nowhere(&self, limit: usize) -> Option<State> {
         let keys = &self.keys;
         let mut nowhere = vec![false; keys.len()];
-        for component in Components::new(keys.len(), |key| keys.parts(key)).iter() {
-            let mut ways = component.iter().flat_map(|key| keys.parts(*key));
-            // As many ways as keys, all of them back, is a cycle and nothing else.
-            let stays = ways.all(|below| component.binary_search(below).is_ok());
-            let count = component.iter().map(|key| keys.parts(*key).len()).sum::<usize>();
-            if stays && count == component.len() {
-                component.iter().for_each(|key| nowhere[*key as usize] = true);
-            }
+        let components = Components::new(keys.len(), |key| keys.parts(key));
+        for key in components.single_ways(|key| keys.parts(key)).flatten() {
+            nowhere[*key as usize] = true;
         }
         if !nowhere.contains(&true) {
             return None;

@@ -64,6 +64,16 @@ impl Components {
         found
     }
 
+    /// Those that are a cycle and nothing else: one way round, and none out of it.
+    pub(crate) fn single_ways<'a>(&self, below: impl Fn(u32) -> &'a [u32]) -> impl Iterator<Item = &[u32]> {
+        self.iter().filter(move |component| {
+            let stays = |below: &u32| component.binary_search(below).is_ok();
+            let count = component.iter().map(|state| below(*state).len()).sum::<usize>();
+            // As many ways as states, all of them back.
+            count == component.len() && component.iter().flat_map(|state| below(*state)).all(stays)
+        })
+    }
+
     /// Each component, its states in the order of their numbers.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &[u32]> {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());

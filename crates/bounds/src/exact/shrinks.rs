@@ -57,15 +57,8 @@ impl<S: Scene> ExactBoxes<S> {
         if !states.cyclic {
             return None;
         }
-        let is_single_way = |component: &[u32]| {
-            let mut ways = component.iter().flat_map(|state| states.below(*state));
-            // As many ways as states, all of them back, is a cycle and nothing else.
-            let stays = ways.all(|below| component.binary_search(below).is_ok());
-            let count = component.iter().map(|state| states.below(*state).len()).sum::<usize>();
-            stays && count == component.len()
-        };
         let components = Components::new(states.terms.len(), |state| states.below(state));
-        let cycle = components.iter().find(|component| is_single_way(component))?;
+        let cycle = components.single_ways(|state| states.below(state)).next()?;
         // The search came first to the one that it left last.
         cycle.last().map(|state| &states.states[*state as usize])
     }

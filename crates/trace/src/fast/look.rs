@@ -108,7 +108,8 @@ impl Compiled {
                 index(covers.len() - 1)
             })
         };
-        // What no line has met is looked into, as far as there are digits. Through what is below operators, no lines were drawn.
+        // What no line has met is looked into, as far as there are digits. Through what is below operators, no lines were
+        // drawn.
         let is_unseen = |node: usize| bounds[node].is_bounded() && !looks[node].is_seen();
         for (at, cover) in items.into_iter().enumerate() {
             let is_unseen = match self.items[at].content {
