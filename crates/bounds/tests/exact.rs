@@ -141,10 +141,16 @@ fn supports_in_any_direction() {
         let scale = d.abs().max_element();
         assert!(support.upper >= scale * least);
         assert!(support.upper - scale * least < 1e-10 * scale, "{support:?} {least}");
+        let loose = found.support_within(&root, d, 0.1).unwrap();
+        assert!(loose.upper >= scale * least);
+        assert!(loose.upper - scale * least <= loose.gap + 1e-10 * scale, "{loose:?} {least}");
+        // The sides of its box are 11 units long together.
+        assert!(loose.gap <= 0.1 * 11.0 * scale, "{loose:?}");
     }
     let elsewhere = sympodial(7).root_state();
     assert_eq!(found.of(&elsewhere), None);
     assert_eq!(found.support(&elsewhere, DVec3::X), None);
+    assert_eq!(found.support_within(&elsewhere, DVec3::X, 0.1), None);
 }
 
 /// A fractal with millions of touching points on every face of its box, and the same turned on its face and its edge.

@@ -263,8 +263,14 @@ impl<S: Scene> ExactBoxes<S> {
     ///
     /// Other volumes are made from supports.
     pub fn support(&self, state: &S::State, direction: DVec3) -> Option<Support> {
+        self.support_within(state, direction, self.limits.gap)
+    }
+
+    /// The same where another [gap](Limits::gap) is enough: the larger, the fewer solids the query has to replace by their
+    /// parts.
+    pub fn support_within(&self, state: &S::State, direction: DVec3, gap: f64) -> Option<Support> {
         let number = self.found.states.number(state)?;
-        let mut search = Search::new(&self.limits);
+        let mut search = Search::new(&self.limits.with_gap(gap));
         let known = Known { below: self.found.boxes[number], direction, offset: 0.0 };
         let image = self.found.images[number];
         Some(bottom_up::support(&self.found.solids, &mut search, image, direction, &known))

@@ -21,7 +21,7 @@ pub struct EngineArgs {
     /// reference walk alone has; --boxes and --max-steps are about them too.
     #[arg(long, value_enum)]
     pub engine: Option<EngineArg>,
-    /// Memory for the fast engine or the grid: bytes, or with a suffix K, M or G of 1024 each; without it 256K for the fast
+    /// Memory for the fast engine or the grid: bytes, or with a suffix K, M or G of 1024 each; without it 384K for the fast
     /// engine and 16M for the grid
     ///
     /// More memory is more speed, up to a point. The fast engine takes more than this only where the states alone need

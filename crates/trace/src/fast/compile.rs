@@ -135,12 +135,12 @@ impl Compiled {
     pub(super) fn whole(graph: &Graph, bounds: Bounds<'_>, budget: usize) -> Result<Self, EvalError> {
         let unions = Unions::new(graph);
         let (mut states, root) = States::all(graph, &unions, bounds)?;
-        let affordable = budget / BYTES;
+        let affordable = budget / (BYTES + SLAB_BYTES);
         let mut length = affordable.max(SHORTEST);
         loop {
             // A try is given up as soon as it does not fit, so that all of them cost about as much as the last.
             if let Some(lists) = Lists::whole(&mut states, &root, length, affordable)? {
-                let has_slabs = lists.total * (BYTES + SLAB_BYTES) <= budget;
+                let has_slabs = lists.total <= affordable;
                 let whole = Self::close(lists, &states, None, has_slabs)?;
                 let is_too_fine = bounds.finest() < Accelerated::FINEST;
                 return Ok(if is_too_fine { Self { is_too_fine, ..whole.with_parts() } } else { whole });
@@ -212,7 +212,8 @@ impl Compiled {
     }
 
     /// Gives all entries their exact boxes and each list its tree: of all there is, or of a block of some granularity, which
-    /// may be a part of what never ends. Slabs are for where lists leave room.
+    /// may be a part of what never ends. Slabs are as much work as the boxes: not for what may soon be forgotten, nor where there
+    /// are too many states for the budget.
     fn close(
         lists: Lists,
         states: &States<'_>,

@@ -13,28 +13,17 @@
 use super::compile::SuperNode;
 use super::hits::{ROOT, START};
 use super::lanes::{HALF, LANES, Lanes, Mask, Rays, bits};
-use super::slabs::Diagonals;
+use super::line::{Floats, LEAST, Line, Lines};
+use super::slabs::{self, Diagonals};
 use crate::Ray;
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, SimdNarrow, f32x16, f64x8, mask32x16};
-use glam::{DVec3, Vec3A};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, SimdNarrow, f32x16, f64x8, mask32x16};
+use glam::{DVec3, Vec3A, Vec4};
 
 /// How far off a ray may be, relative to the way it came: 64 transformations with an error of 2⁻⁵² each.
 pub(super) const DRIFT: f64 = 1.0 / (1_u64 << 46) as f64;
 
 /// Errors of parameters in single precision.
 const FUDGE: f32 = 1.0 / (1 << 20) as f32;
-
-/// Components of directions are at least this, so that none has an infinite inverse.
-pub(super) const LEAST: f32 = 1e-18;
-
-/// What boxes are tested with: the line of a ray, or of all rays that are close to one.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
-    pub(super) inverse: Vec3A,
-    /// What is added to plane · inverse for the s of a near plane and of a far one.
-    pub(super) near_offset: Vec3A,
-    pub(super) far_offset: Vec3A,
-}
 
 /// A narrowed ray.
 #[derive(Clone, Copy, Debug)]
@@ -59,9 +48,9 @@ pub(super) struct NarrowRays {
     base: Lanes,
     rate: f64,
     by_rate: f64,
-    pub(super) inverse: [Floats; 3],
-    pub(super) near_offset: [Floats; 3],
-    pub(super) far_offset: [Floats; 3],
+    pub(super) lines: Lines<3>,
+    /// The same along the diagonals of space, for boxes with slabs.
+    pub(super) diagonals: Option<Lines<4>>,
     pub(super) start: Floats,
     /// A line that all of them are close to, unless the super-node is unbounded.
     pub(super) tube: Option<Line>,
@@ -74,71 +63,22 @@ pub(super) struct NarrowRays {
     pub(super) way: u32,
 }
 
-/// A single-precision number for each ray.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub(super) struct Floats(pub(super) [f32; LANES]);
-
-impl Floats {
-    pub(super) const ZERO: Self = Self([0.0; LANES]);
-
-    #[inline(always)]
-    pub(super) fn load<S: Simd>(&self, simd: S) -> f32x16<S> {
-        f32x16::from_slice(simd, &self.0)
-    }
-
-    #[inline(always)]
-    pub(super) fn from_vector<S: Simd>(vector: f32x16<S>) -> Self {
-        Self(*vector)
-    }
-}
-
-impl Line {
-    /// The line through a point, and all that are no farther from it than `slack` along any axis.
-    #[inline(always)]
-    fn new(origin: Vec3A, direction: Vec3A, slack: Vec3A) -> Self {
-        let least = Vec3A::splat(LEAST);
-        let direction = Vec3A::select(direction.abs().cmplt(least), least.copysign(direction), direction);
-        let inverse = Vec3A::ONE / direction;
-        let (offset, slack) = (-origin * inverse, slack * inverse.abs());
-        Self { inverse, near_offset: offset - slack, far_offset: offset + slack }
-    }
-
-    /// Which coordinates fall along it.
-    #[inline(always)]
-    pub(super) fn falling(&self) -> [bool; 3] {
-        let [x, y, z] = self.inverse.to_array();
-        [x < 0.0, y < 0.0, z < 0.0]
-    }
-}
-
 impl Narrow {
     pub(super) const EMPTY: Self = Self {
         ray: Ray { origin: DVec3::ZERO, direction: DVec3::ZERO },
         base: 0.0,
         rate: 1.0,
         by_rate: 1.0,
-        line: Line { inverse: Vec3A::ZERO, near_offset: Vec3A::ZERO, far_offset: Vec3A::ZERO },
+        line: Line::ZERO,
         start: 0.0,
         block: ROOT,
         way: START,
     };
 
-    /// The ray in the frame of a super-node of a block, unless it misses its ball.
+    /// The ray in the frame of a super-node of a block, unless it misses its ball; for boxes with slabs, too, or for boxes
+    /// alone.
     #[inline(always)]
-    pub(super) fn new(ray: Ray, ball: &SuperNode, block: u32, way: u32) -> Option<Self> {
-        Self::with_diagonals(ray, ball, block, way, false).map(|(narrow, _)| narrow)
-    }
-
-    /// The same, and its line in coordinates along the diagonals, if that is wanted.
-    #[inline(always)]
-    pub(super) fn with_diagonals(
-        ray: Ray,
-        ball: &SuperNode,
-        block: u32,
-        way: u32,
-        is_wanted: bool,
-    ) -> Option<(Self, Option<Diagonals>)> {
+    pub(super) fn new(ray: Ray, ball: &SuperNode, block: u32, way: u32, has_slabs: bool) -> Option<Self> {
         let from_center = ray.origin - ball.center;
         let by_squared_length = 1.0 / ray.direction.length_squared();
         let base = -from_center.dot(ray.direction) * by_squared_length;
@@ -152,11 +92,10 @@ impl Narrow {
         let origin = (closest * ball.to_unit).as_vec3a();
         let direction = (ray.direction * (rate * ball.to_unit)).as_vec3a();
         let slack = narrow(drift * ball.to_unit);
-        let line = Line::new(origin, direction, Vec3A::splat(slack));
+        let line = Line::new(origin, direction, Vec3A::splat(slack), has_slabs);
         let start = narrow(-base * by_rate);
         let start = start - start.abs() * FUDGE;
-        let diagonals = if is_wanted { Some(Diagonals::new(origin, direction, slack)) } else { None };
-        Some((Self { ray, base, rate, by_rate, line, start, block, way }, diagonals))
+        Some(Self { ray, base, rate, by_rate, line, start, block, way })
     }
 
     /// The ray for a super-node of one item, which has no boxes to test.
@@ -198,9 +137,8 @@ impl NarrowRays {
         base: Lanes::ZERO,
         rate: 1.0,
         by_rate: 1.0,
-        inverse: [Floats::ZERO; 3],
-        near_offset: [Floats::ZERO; 3],
-        far_offset: [Floats::ZERO; 3],
+        lines: Lines::ZERO,
+        diagonals: None,
         start: Floats::ZERO,
         tube: None,
         end: Floats::ZERO,
@@ -209,9 +147,15 @@ impl NarrowRays {
         way: START,
     };
 
-    /// Narrows the rays that are here, and says which of a set meet the ball.
+    /// Narrows the rays that are here, for boxes with slabs or for boxes alone, and says which of a set meet the ball.
     #[inline(always)]
-    pub(super) fn narrow<S: Simd>(&mut self, simd: S, ball: &SuperNode, lanes: Mask) -> Mask {
+    pub(super) fn narrow<S: Simd>(
+        &mut self,
+        simd: S,
+        ball: &SuperNode,
+        lanes: Mask,
+        has_slabs: bool,
+    ) -> Mask {
         let lead = middle(lanes);
         let by_squared_length = 1.0 / self.rays.get(lead).direction.length_squared();
         let [rate, by_rate] = power_below_root(ball.radius * ball.radius * by_squared_length);
@@ -245,21 +189,28 @@ impl NarrowRays {
         let drift = drifts[0].narrow(drifts[1]);
         let start = starts[0].narrow(starts[1]);
         self.start = Floats::from_vector(start - start.abs() * FUDGE);
-        let mut bundle = Bundle { origin: [Floats::ZERO; 3], direction: [Floats::ZERO; 3] };
-        for axis in 0..3 {
-            let origin = origins[axis][0].narrow(origins[axis][1]);
-            let direction = directions[axis][0].narrow(directions[axis][1]);
-            let least = f32x16::splat(simd, LEAST);
-            let direction = direction.abs().simd_lt(least).select(least.copysign(direction), direction);
-            let inverse = f32x16::splat(simd, 1.0) / direction;
-            let (offset, slack) = (-(origin * inverse), drift * inverse.abs());
-            self.inverse[axis] = Floats::from_vector(inverse);
-            self.near_offset[axis] = Floats::from_vector(offset - slack);
-            self.far_offset[axis] = Floats::from_vector(offset + slack);
-            bundle.origin[axis] = Floats::from_vector(origin);
-            bundle.direction[axis] = Floats::from_vector(direction);
+        let origins = [
+            origins[0][0].narrow(origins[0][1]),
+            origins[1][0].narrow(origins[1][1]),
+            origins[2][0].narrow(origins[2][1]),
+        ];
+        let directions = [
+            directions[0][0].narrow(directions[0][1]),
+            directions[1][0].narrow(directions[1][1]),
+            directions[2][0].narrow(directions[2][1]),
+        ];
+        self.lines.set(simd, origins, directions, drift);
+        self.tube = if met != 0 && ball.reach.is_finite() {
+            Some(tube(simd, origins, directions, met, drift, has_slabs))
+        } else {
+            None
+        };
+        if has_slabs {
+            let (origins, directions) = (slabs::along(origins), slabs::along(directions));
+            self.diagonals.get_or_insert(Lines::ZERO).set(simd, origins, directions, drift * 3.0);
+        } else {
+            self.diagonals = None;
         }
-        self.tube = (met != 0 && ball.reach.is_finite()).then(|| bundle.tube(simd, met, drift));
         met
     }
 
@@ -284,45 +235,22 @@ impl NarrowRays {
     /// One of them.
     #[inline(always)]
     pub(super) fn lane(&self, lane: usize) -> Narrow {
-        let pick = |floats: &[Floats; 3]| Vec3A::from(std::array::from_fn(|axis| floats[axis].0[lane]));
+        let [inverse, near_offset, far_offset] = self.lines.lane(lane).map(Vec3A::from);
+        let diagonals = self.diagonals.as_ref().map(|diagonals| {
+            let [inverse, near_offset, far_offset] = diagonals.lane(lane).map(Vec4::from);
+            Diagonals { inverse, near_offset, far_offset }
+        });
         Narrow {
             ray: self.rays.get(lane),
             base: self.base.0[lane],
             rate: self.rate,
             by_rate: self.by_rate,
-            line: Line {
-                inverse: pick(&self.inverse),
-                near_offset: pick(&self.near_offset),
-                far_offset: pick(&self.far_offset),
-            },
+            line: Line { inverse, near_offset, far_offset, diagonals },
             start: self.start.0[lane],
             block: self.block,
             way: self.way,
         }
     }
-
-    /// The rays along which each coordinate falls.
-    #[inline(always)]
-    pub(super) fn falling<S: Simd>(&self, simd: S) -> [Mask; 3] {
-        let zero = f32x16::splat(simd, 0.0);
-        [
-            float_bits(self.inverse[0].load(simd).simd_lt(zero)),
-            float_bits(self.inverse[1].load(simd).simd_lt(zero)),
-            float_bits(self.inverse[2].load(simd).simd_lt(zero)),
-        ]
-    }
-}
-
-#[inline(always)]
-pub(super) fn load<S: Simd>(simd: S, floats: &[Floats; 3]) -> [f32x16<S>; 3] {
-    [floats[0].load(simd), floats[1].load(simd), floats[2].load(simd)]
-}
-
-/// The set of lanes of a mask.
-#[inline(always)]
-#[expect(clippy::cast_possible_truncation, reason = "sixteen bits")]
-pub(super) fn float_bits<S: Simd>(mask: mask32x16<S>) -> Mask {
-    mask.to_bitmask() as Mask
 }
 
 #[inline(always)]
@@ -331,34 +259,33 @@ pub(super) fn narrow(value: f64) -> f32 {
     value as f32
 }
 
-/// The lines of rays in the unit ball.
-struct Bundle {
-    origin: [Floats; 3],
-    direction: [Floats; 3],
-}
-
-impl Bundle {
-    /// A line with slack for those of a set and their drift: wherever one of them meets a box in the ball, that line does.
-    #[inline(always)]
-    fn tube<S: Simd>(&self, simd: S, lanes: Mask, drift: f32x16<S>) -> Line {
-        let lead = middle(lanes);
-        let is_in = mask32x16::from_bitmask(simd, u64::from(lanes));
-        let zero = f32x16::splat(simd, 0.0);
-        let [x, y, z] = load(simd, &self.direction);
-        let squared_length = is_in.select(x * x + y * y + z * z, f32x16::splat(simd, f32::MAX));
-        let drift = is_in.select(drift, zero).reduce_max();
-        // The s where the last of them leaves the ball and what the drift adds to its boxes, √3 times as far at corners.
-        let last = (1.0 + 1e-3 + 2.0 * drift) / squared_length.reduce_min().max(LEAST).sqrt();
-        let (mut origin, mut direction, mut slack) = (Vec3A::ZERO, Vec3A::ZERO, Vec3A::ZERO);
-        for axis in 0..3 {
-            origin[axis] = self.origin[axis].0[lead];
-            direction[axis] = self.direction[axis].0[lead];
-            let aside = (self.origin[axis].load(simd) - origin[axis]).abs();
-            let apart = (self.direction[axis].load(simd) - direction[axis]).abs();
-            slack[axis] = is_in.select(aside + apart * last, zero).reduce_max();
-        }
-        Line::new(origin, direction, slack * (1.0 + FUDGE) + (drift + FUDGE))
+/// A line with slack for those of a set and their drift: wherever one of them meets a box in the ball, that line does.
+#[inline(always)]
+fn tube<S: Simd>(
+    simd: S,
+    origins: [f32x16<S>; 3],
+    directions: [f32x16<S>; 3],
+    lanes: Mask,
+    drift: f32x16<S>,
+    has_slabs: bool,
+) -> Line {
+    let lead = middle(lanes);
+    let is_in = mask32x16::from_bitmask(simd, u64::from(lanes));
+    let zero = f32x16::splat(simd, 0.0);
+    let [x, y, z] = directions;
+    let squared_length = is_in.select(x * x + y * y + z * z, f32x16::splat(simd, f32::MAX));
+    let drift = is_in.select(drift, zero).reduce_max();
+    // The s where the last of them leaves the ball and what the drift adds to its boxes, √3 times as far at corners.
+    let last = (1.0 + 1e-3 + 2.0 * drift) / squared_length.reduce_min().max(LEAST).sqrt();
+    let (mut origin, mut direction, mut slack) = (Vec3A::ZERO, Vec3A::ZERO, Vec3A::ZERO);
+    for axis in 0..3 {
+        origin[axis] = origins[axis][lead];
+        direction[axis] = directions[axis][lead];
+        let aside = (origins[axis] - origin[axis]).abs();
+        let apart = (directions[axis] - direction[axis]).abs();
+        slack[axis] = is_in.select(aside + apart * last, zero).reduce_max();
     }
+    Line::new(origin, direction, slack * (1.0 + FUDGE) + (drift + FUDGE), has_slabs)
 }
 
 /// A lane in the middle of a square of rays, if the set has one, or its first.

@@ -7,8 +7,8 @@
 //! - [`states`], [`unions`], [`lists`], [`compile`]: states to super-nodes and solids, with the boxes of [`bounds`];
 //! - [`blocks`]: all of the graph at once, or what rays come to; [`held`]: what of it a thread holds;
 //!   [`ahead`]: closer boxes of what rays may come to;
-//! - [`tree`], [`frame`], [`point`]: their boxes in single precision, and what is tested against them; [`slabs`]: what
-//!   single rays are tested against besides;
+//! - [`tree`], [`slabs`]: their boxes in single precision, without corners where that is worth it; [`frame`], [`line`],
+//!   [`point`]: what is tested against them;
 //! - [`entry`]: where the rays of a beam begin, past the way that all of them have in common;
 //! - [`packet`], [`single`]: the first hit of rays together and alone; [`lanes`] and [`shapes`] are their arithmetic;
 //! - [`solid`], [`cuts`], [`face`]: the first boundary of the results of ∩ and \\, alone and together, and whose face it is;
@@ -31,6 +31,7 @@ mod held;
 mod hits;
 mod inquiry;
 pub(crate) mod lanes;
+mod line;
 mod lists;
 mod look;
 mod packet;
@@ -93,7 +94,7 @@ pub struct Accelerated {
 
 impl Accelerated {
     /// Memory that an engine takes if nobody says how much it may take, in bytes.
-    pub const DEFAULT_BUDGET: usize = 1 << 18;
+    pub const DEFAULT_BUDGET: usize = 3 << 17;
 
     /// Nothing is looked into that is smaller than this share of the whole and of its distance, where some parts of parts
     /// [are](ExactBoxes::finest): coordinates have hardly any digits left for what is in it. Its box stands for it.

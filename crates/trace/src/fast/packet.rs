@@ -2,7 +2,7 @@
 //!
 //! Before that, all boxes of a node are tested at once against the *tube* of the packet: one line, with as much slack as the
 //! rays are apart from it. Only what it may meet is tested against the rays, the nearest last, so that it is on top of the
-//! stack.
+//! stack. Both are tested against the [slabs](super::slabs) of boxes that they meet, where there are any.
 //!
 //! Neighbouring rays of a picture meet the same boxes. They share what is the same for all, memory, branches and the order
 //! of the children, and the arithmetic is done in vectors. Where only a few are left, they go on [alone](super::single).
@@ -14,12 +14,13 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, f64x8, 
 use smallvec::SmallVec;
 
 use super::Inquiry;
-use super::compile::{Content, Item, SuperNode};
+use super::compile::{Compiled, Content, Item, SuperNode};
 use super::cuts::{Cuts, Firsts};
 use super::entry::{Entries, Entry};
-use super::frame::{Floats, Line, NarrowRays, float_bits, load};
-use super::hits::{Hits, Place, START};
+use super::frame::NarrowRays;
+use super::hits::{Place, START};
 use super::lanes::{HALF, LANES, Lanes, Mask, Rays, bits, each, transform};
+use super::line::{Floats, Line, float_bits, load};
 use super::shapes;
 use super::single::{self, Single};
 use super::tree::{Child, Node, WIDTH};
@@ -125,18 +126,18 @@ impl Packet {
         let first = &mut self.levels[0];
         first.rays = self.begin[entry.way as usize];
         (first.block, first.way) = (number, entry.way);
-        let ball = &inquiry.held.block(number).supers[entry.number as usize];
-        let nodes = &inquiry.held.block(number).nodes;
-        let slot = entry.slot.zip(entry.child.get().err().map(|node| &nodes[node]));
+        let block = inquiry.held.block(number);
+        let ball = &block.supers[entry.number as usize];
+        let slot = entry.slot.zip(entry.child.get().err().map(|node| &block.nodes[node]));
         // The beam has met the box. Where each ray does is asked only to judge how small it is there.
         let child = slot.filter(|_| !DETAIL).map_or(entry.child, |(slot, node)| node.children[slot]);
-        self.enter(simd, ball, child, 0, lanes, inquiry.hits);
+        self.enter::<S, DETAIL>(simd, inquiry, (ball, child), 0, lanes);
         if let Some((slot, node)) = slot.filter(|_| DETAIL) {
             let rays = &self.levels[0];
             let opened: SmallVec<[Open; 1]> = self.stack.drain(..).collect();
             for open in opened {
                 inquiry.work.boxes += u64::from(lanes.count_ones());
-                push(simd, &mut self.stack, node, rays, &open, 1 << slot);
+                push(simd, &mut self.stack, block, node, rays, &open, 1 << slot);
             }
         }
         while let Some(open) = self.stack.pop() {
@@ -177,7 +178,7 @@ impl Packet {
                 Err(node) => {
                     let node = &block.nodes[node];
                     inquiry.work.boxes += u64::from(node.count * lanes.count_ones());
-                    push(simd, &mut self.stack, node, rays, &open, ALL_SLOTS);
+                    push(simd, &mut self.stack, block, node, rays, &open, ALL_SLOTS);
                     continue;
                 }
                 Ok(at) => at,
@@ -192,7 +193,7 @@ impl Packet {
                     let Some(child) = below.root else { continue };
                     let way = inquiry.hits.enter(place, block, number);
                     self.descend(simd, item, level as usize, number, way);
-                    self.enter(simd, below, child, level + 1, lanes, inquiry.hits);
+                    self.enter::<S, DETAIL>(simd, inquiry, (below, child), level + 1, lanes);
                 }
                 Content::Solid(solid) => {
                     let Inquiry { held, ask, hits, solids, .. } = inquiry;
@@ -261,23 +262,23 @@ impl Packet {
 
     /// Opens a super-node, or a part of one, for rays that are in its frame already.
     #[inline(always)]
-    fn enter<S: Simd>(
+    fn enter<S: Simd, const DETAIL: bool>(
         &mut self,
         simd: S,
-        ball: &SuperNode,
-        child: Child,
+        Inquiry { held, hits, .. }: &Inquiry<'_>,
+        (ball, child): (&SuperNode, Child),
         level: u32,
         lanes: Mask,
-        hits: &Hits,
     ) {
         let rays = &mut self.levels[level as usize];
-        let mut met = rays.narrow(simd, ball, lanes);
+        let has_slabs = !DETAIL && !held.block(rays.block).slabs.is_empty();
+        let mut met = rays.narrow(simd, ball, lanes, has_slabs);
         if met == 0 {
             return;
         }
         rays.changes = hits.changes;
         rays.set_end(simd, &hits.t);
-        let falling = rays.falling(simd);
+        let falling = rays.lines.falling(simd);
         while met != 0 {
             let lead = met.trailing_zeros();
             let mut alike = met;
@@ -297,16 +298,25 @@ impl Packet {
 
 /// Puts the children of a node in some slots that rays of the set meet on the stack, the nearest last.
 #[inline(always)]
-fn push<S: Simd>(simd: S, stack: &mut Vec<Open>, node: &Node, rays: &NarrowRays, open: &Open, slots: u32) {
-    let inverse = load(simd, &rays.inverse);
-    let near_offset = load(simd, &rays.near_offset);
-    let far_offset = load(simd, &rays.far_offset);
+fn push<S: Simd>(
+    simd: S,
+    stack: &mut Vec<Open>,
+    block: &Compiled,
+    node: &Node,
+    rays: &NarrowRays,
+    open: &Open,
+    slots: u32,
+) {
+    let inverse = load(simd, &rays.lines.inverse);
+    let near_offset = load(simd, &rays.lines.near_offset);
+    let far_offset = load(simd, &rays.lines.far_offset);
+    let slabs = rays.diagonals.as_ref().zip(block.slabs.get(node.slabs as usize));
     // Rays that are not of the set have met the node nowhere.
     let start = rays.start.load(simd).max(open.near.load(simd));
     let end = rays.end.load(simd);
     let near_planes = node.near_planes(open.falling);
     let far_planes = node.far_planes(open.falling);
-    let (slots, count) = candidates(simd, node, rays.tube.as_ref(), slots);
+    let (slots, count) = candidates(simd, block, node, rays.tube.as_ref(), slots);
     for slot in &slots[..count] {
         let slot = usize::from(*slot) % WIDTH;
         let mut near = start;
@@ -318,7 +328,12 @@ fn push<S: Simd>(simd: S, stack: &mut Vec<Open>, node: &Node, rays: &NarrowRays,
             near = near_plane.mul_add_precise(inverse[axis], near_offset[axis]).max(near);
             far = far_plane.mul_add_precise(inverse[axis], far_offset[axis]).min(far);
         }
-        let met = near.simd_le(far);
+        let mut met = near.simd_le(far);
+        if let Some((lines, slabs)) = slabs
+            && float_bits(met) != 0
+        {
+            met = slabs.met_by(simd, slot, lines, [near, far]);
+        }
         if float_bits(met) != 0 {
             let near = Floats::from_vector(met.select(near, f32x16::splat(simd, f32::INFINITY)));
             stack.push(Open { near, child: node.children[slot], ..*open });
@@ -328,9 +343,15 @@ fn push<S: Simd>(simd: S, stack: &mut Vec<Open>, node: &Node, rays: &NarrowRays,
 
 /// Of some slots of a node, those that rays of a tube may meet, the nearest last, and how many these are.
 #[inline(always)]
-fn candidates<S: Simd>(simd: S, node: &Node, tube: Option<&Line>, of: u32) -> ([u8; WIDTH], usize) {
+fn candidates<S: Simd>(
+    simd: S,
+    block: &Compiled,
+    node: &Node,
+    tube: Option<&Line>,
+    of: u32,
+) -> ([u8; WIDTH], usize) {
     let (near, met) = match tube {
-        Some(tube) => single::met(simd, node, tube, f32::MIN, f32::MAX),
+        Some(tube) => single::met_in_slabs(simd, block, node, tube, f32::MIN, f32::MAX),
         None => ([0.0; WIDTH], node.all_slots()),
     };
     let (mut met, mut slots, mut count) = (met & of, [0; WIDTH], 0);

@@ -6,11 +6,11 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
 use super::Inquiry;
 use super::compile::{Compiled, Content};
-use super::frame::{Line, Narrow};
+use super::frame::Narrow;
 use super::held::Held;
 use super::hits::{Place, ROOT, START};
 use super::lanes::transform;
-use super::slabs::Diagonals;
+use super::line::Line;
 use super::tree::{Child, Node, WIDTH};
 use crate::Ray;
 use crate::shapes::{self, Extents};
@@ -23,19 +23,11 @@ pub(super) struct Open {
     pub(super) level: u32,
 }
 
-/// The ray in a super-node.
-#[derive(Clone, Copy, Debug)]
-struct Level {
-    narrow: Narrow,
-    /// None where it comes from a packet: many have less left to do there than these take.
-    diagonals: Option<Diagonals>,
-}
-
 /// The memory of single rays.
 #[derive(Debug, Default)]
 pub(super) struct Single {
     /// The ray in the super-nodes that it is in, one inside of the other.
-    levels: Vec<Level>,
+    levels: Vec<Narrow>,
     stack: Vec<Open>,
 }
 
@@ -50,7 +42,7 @@ impl Single {
         (narrow, child): (Narrow, Child),
     ) {
         self.stack.clear();
-        self.set_level(0, Level { narrow, diagonals: None });
+        self.set_level(0, narrow);
         let mut block = inquiry.held.block(narrow.block);
         let (mut level, mut changes) = (0, inquiry.hits.changes);
         let mut end = narrow.end(inquiry.hits.t.0[lane]);
@@ -58,11 +50,11 @@ impl Single {
         loop {
             if open.level != level || inquiry.hits.changes != changes {
                 (level, changes) = (open.level, inquiry.hits.changes);
-                let narrow = &self.levels[level as usize].narrow;
+                let narrow = &self.levels[level as usize];
                 (block, end) = (inquiry.held.block(narrow.block), narrow.end(inquiry.hits.t.0[lane]));
             }
             if open.near <= end {
-                let Level { narrow, diagonals } = &self.levels[level as usize];
+                let narrow = &self.levels[level as usize];
                 let t = narrow.t(open.near);
                 let next = match open.child.get() {
                     _ if DETAIL && inquiry.is_small(block, narrow.way, open.child, t) => {
@@ -72,15 +64,7 @@ impl Single {
                     Err(node) => {
                         let node = &block.nodes[node];
                         inquiry.work.boxes += u64::from(node.count);
-                        let (between, mut met) = crossed(simd, node, &narrow.line, narrow.start, end);
-                        if !DETAIL
-                            && met != 0
-                            && let Some(diagonals) = diagonals
-                            && let Some(slabs) = block.slabs.get(node.slabs as usize)
-                        {
-                            met = slabs.met(simd, diagonals, between, met);
-                        }
-                        let [near, _] = between;
+                        let (near, met) = met_in_slabs(simd, block, node, &narrow.line, narrow.start, end);
                         nearest(&mut self.stack, node, near, met, level)
                     }
                     Ok(at) => {
@@ -109,7 +93,7 @@ impl Single {
         level: u32,
         at: usize,
     ) -> Option<Child> {
-        let narrow = &self.levels[level as usize].narrow;
+        let narrow = &self.levels[level as usize];
         let item = &block.items[at];
         let place = Place::new(narrow.way, at);
         match item.content {
@@ -119,8 +103,8 @@ impl Single {
                 let root = below.root?;
                 let way = inquiry.hits.enter(place, block, number);
                 let has_slabs = !DETAIL && !block.slabs.is_empty();
-                let (narrow, diagonals) = Narrow::with_diagonals(ray, below, number, way, has_slabs)?;
-                self.set_level(level as usize + 1, Level { narrow, diagonals });
+                let narrow = Narrow::new(ray, below, number, way, has_slabs)?;
+                self.set_level(level as usize + 1, narrow);
                 return Some(root);
             }
             Content::Solid(solid) => inquiry.ask_solid(simd, lane, &narrow.ray, solid, place),
@@ -137,11 +121,11 @@ impl Single {
 
     /// Replaces what was at a level. Written in place: copying what has just been written is slow.
     #[inline(always)]
-    fn set_level(&mut self, at: usize, level: Level) {
+    fn set_level(&mut self, at: usize, narrow: Narrow) {
         if self.levels.len() == at {
-            self.levels.push(Level { narrow: Narrow::EMPTY, diagonals: None });
+            self.levels.push(Narrow::EMPTY);
         }
-        self.levels[at] = level;
+        self.levels[at] = narrow;
     }
 
     /// A ray at the root, or at a node of its tree.
@@ -151,7 +135,7 @@ impl Single {
         let child = node.or(root.root)?;
         let narrow = match child.get() {
             Ok(_) => Narrow::alone(*ray, ROOT, START),
-            Err(_) => Narrow::new(*ray, root, ROOT, START)?,
+            Err(_) => Narrow::new(*ray, root, ROOT, START, false)?,
         };
         Some((narrow, child))
     }
@@ -168,6 +152,27 @@ pub(super) fn first(extents: &Extents) -> Option<f64> {
 #[inline(always)]
 pub(super) fn met<S: Simd>(simd: S, node: &Node, line: &Line, start: f32, end: f32) -> ([f32; WIDTH], u32) {
     let ([near, _], met) = crossed(simd, node, line, start, end);
+    (near, met)
+}
+
+/// Those whose slabs it meets, too, if they and the line have some.
+#[inline(always)]
+pub(super) fn met_in_slabs<S: Simd>(
+    simd: S,
+    block: &Compiled,
+    node: &Node,
+    line: &Line,
+    start: f32,
+    end: f32,
+) -> ([f32; WIDTH], u32) {
+    let (between, mut met) = crossed(simd, node, line, start, end);
+    if met != 0
+        && let Some(diagonals) = &line.diagonals
+        && let Some(slabs) = block.slabs.get(node.slabs as usize)
+    {
+        met = slabs.met(simd, diagonals, between, met);
+    }
+    let [near, _] = between;
     (near, met)
 }
 

@@ -2,14 +2,17 @@
 //!
 //! The hull of a tetrahedron of balls fills a third of its box, and rays that come through the rest go down in vain. So the
 //! children of a node can have the seven directions of \[KAY86\]: the slabs of their boxes, and those between the supports
-//! of what is in them along the diagonals, which are as exact. A ray that goes alone, and has met boxes of a node, is tested
-//! against these slabs, too. Packets are not: sixteen rays share a box for a fraction of what the diagonals of each
-//! would cost. Nor are rays that judge how large things are, which is a matter of their boxes.
+//! of what is in them along the diagonals, from the same queries with a larger gap. Where the box of a child is met, its slabs
+//! are tested, too: by single rays, by the rays of a packet, and by the tube around these. Only rays that judge how large
+//! things are leave them out, which is a matter of boxes.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8};
+use std::ops::{Add, Sub};
+
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, f32x16, mask32x16};
 use glam::{DVec3, Vec3A, Vec4};
 
-use super::frame::{LEAST, narrow};
+use super::frame::narrow;
+use super::line::{LEAST, Lines};
 use super::tree::{Node, PADDING, WIDTH};
 
 /// The diagonals of the cube. They are √3 long, and so are coordinates along them.
@@ -42,12 +45,12 @@ pub(super) struct Slabs {
     most: [[f32; WIDTH]; 4],
 }
 
-/// A line in coordinates along the diagonals, as [`Line`](super::frame::Line) is in those along the axes.
+/// A line in coordinates along the diagonals, as [`Line`](super::line::Line) is in those along the axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Diagonals {
-    inverse: Vec4,
-    near_offset: Vec4,
-    far_offset: Vec4,
+    pub(super) inverse: Vec4,
+    pub(super) near_offset: Vec4,
+    pub(super) far_offset: Vec4,
 }
 
 impl Reach {
@@ -112,22 +115,21 @@ pub(super) fn add(
     }
 }
 
-/// A vector's coordinates along the diagonals.
+/// A vector's coordinates along the diagonals: of numbers, or of vectors of them.
 #[inline(always)]
-fn along(vector: Vec3A) -> Vec4 {
-    let [x, y, z] = vector.to_array();
-    Vec4::new(x, x, x, -x) + Vec4::new(y, y, -y, y) + Vec4::new(z, -z, z, z)
+pub(super) fn along<T: Copy + Add<Output = T> + Sub<Output = T>>([x, y, z]: [T; 3]) -> [T; 4] {
+    [x + y + z, x + y - z, x - y + z, y + z - x]
 }
 
 impl Diagonals {
-    /// The line through a point, and all that are no farther from it than `slack` along any axis.
+    /// The line through a point, and all that are no farther from it than `slack` along each axis.
     #[inline(always)]
-    pub(super) fn new(origin: Vec3A, direction: Vec3A, slack: f32) -> Self {
-        let (origin, direction, slack) = (along(origin), along(direction), 3.0 * slack);
+    pub(super) fn new(origin: Vec3A, direction: Vec3A, slack: Vec3A) -> Self {
+        let [origin, direction] = [origin, direction].map(|vector| Vec4::from(along(vector.to_array())));
         let least = Vec4::splat(LEAST);
         let direction = Vec4::select(direction.abs().cmplt(least), least.copysign(direction), direction);
         let inverse = Vec4::ONE / direction;
-        let (offset, slack) = (-origin * inverse, slack * inverse.abs());
+        let (offset, slack) = (-origin * inverse, slack.element_sum() * inverse.abs());
         Self { inverse, near_offset: offset - slack, far_offset: offset + slack }
     }
 }
@@ -159,6 +161,28 @@ impl Slabs {
         }
         near.simd_le(far).to_bitmask() as u32 & met
     }
+
+    /// Of the rays that meet the box of a child, between `near` and `far`, those that meet its slabs, too.
+    #[inline(always)]
+    pub(super) fn met_by<S: Simd>(
+        &self,
+        simd: S,
+        slot: usize,
+        lines: &Lines<4>,
+        [mut near, mut far]: [f32x16<S>; 2],
+    ) -> mask32x16<S> {
+        for along in 0..4 {
+            let inverse = lines.inverse[along].load(simd);
+            let least = f32x16::splat(simd, self.least[along][slot]);
+            let most = f32x16::splat(simd, self.most[along][slot]);
+            // Rays whose coordinates along the axes rise and fall alike may differ here.
+            let falls = inverse.simd_lt(f32x16::splat(simd, 0.0));
+            let (near_plane, far_plane) = (falls.select(most, least), falls.select(least, most));
+            near = near_plane.mul_add_precise(inverse, lines.near_offset[along].load(simd)).max(near);
+            far = far_plane.mul_add_precise(inverse, lines.far_offset[along].load(simd)).min(far);
+        }
+        near.simd_le(far)
+    }
 }
 
 #[cfg(test)]
@@ -169,7 +193,8 @@ mod tests {
     use super::*;
     use crate::Ray;
     use crate::fast::compile::SuperNode;
-    use crate::fast::frame::Narrow;
+    use crate::fast::frame::{Narrow, NarrowRays};
+    use crate::fast::lanes::LANES;
     use crate::fast::sample::Dice;
     use crate::fast::single::crossed;
     use crate::fast::tree;
@@ -212,17 +237,27 @@ mod tests {
                 };
                 let away = [0.0, 1.0, 1e6][at % 3];
                 let ray = Ray { origin: through - away * direction, direction };
-                let found = Narrow::with_diagonals(ray, &ball, 0, 0, true);
-                let (narrow, Some(diagonals)) = found.expect("it goes through the ball") else {
-                    panic!("diagonals were wanted")
-                };
-                let (boxes, slabs) = dispatch!(Level::new(), simd => {
-                    let (t, boxes) = crossed(simd, &nodes[0], &narrow.line, f32::MIN, f32::MAX);
-                    (boxes, slabs[0].met(simd, &diagonals, t, boxes))
+                let narrow = Narrow::new(ray, &ball, 0, 0, true).expect("it goes through the ball");
+                let mut rays = NarrowRays::EMPTY;
+                (0..LANES).for_each(|lane| rays.rays.set(lane, &ray));
+                let (boxes, slabs, by_all, by_tube) = dispatch!(Level::new(), simd => {
+                    let [low, high] = [f32::MIN, f32::MAX];
+                    let (between, boxes) = crossed(simd, &nodes[0], &narrow.line, low, high);
+                    let line = narrow.line.diagonals.as_ref().expect("there are slabs");
+                    let met = slabs[0].met(simd, line, between, boxes);
+                    rays.narrow(simd, &ball, (1 << LANES) - 1, true);
+                    let lines = rays.diagonals.as_ref().expect("there are slabs");
+                    let between = [low, high].map(|s| f32x16::splat(simd, s));
+                    let by_all = slabs[0].met_by(simd, at, lines, between).to_bitmask();
+                    let tube = rays.tube.expect("it is bounded");
+                    let (between, boxes_of_tube) = crossed(simd, &nodes[0], &tube, low, high);
+                    let line = tube.diagonals.as_ref().expect("there are slabs");
+                    (boxes, met, by_all, slabs[0].met(simd, line, between, boxes_of_tube))
                 });
                 assert!(slabs & !boxes == 0);
                 // The children of a node of eight are its items in their order.
-                assert!(slabs >> at & 1 == 1, "{ray:?} goes through {through}");
+                assert!(slabs & by_tube & 1 << at != 0, "{ray:?} goes through {through}");
+                assert!(by_all == u64::from(u16::MAX), "all of {ray:?} go through {through}");
                 turned_away += (boxes & !slabs).count_ones();
                 all += boxes.count_ones();
             }

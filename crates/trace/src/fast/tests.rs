@@ -114,20 +114,27 @@ fn slabs_save_work_and_change_no_hit() {
 
     let graph = csg_graph_grammar::load(source, &[]).expect("a scene").scene.graph;
     let boxes = exact(&graph, &Limits::default()).unwrap();
-    let with_slabs = Compiled::whole(&graph, Bounds::Exact(&boxes), 1 << 18).unwrap();
-    assert!(!with_slabs.slabs.is_empty() && with_slabs.bytes() <= 1 << 18);
-    let mut without = Compiled::whole(&graph, Bounds::Exact(&boxes), 1 << 18).unwrap();
+    let with_slabs = Compiled::whole(&graph, Bounds::Exact(&boxes), Accelerated::DEFAULT_BUDGET).unwrap();
+    assert!(!with_slabs.slabs.is_empty() && with_slabs.bytes() <= Accelerated::DEFAULT_BUDGET);
+    let mut without = Compiled::whole(&graph, Bounds::Exact(&boxes), Accelerated::DEFAULT_BUDGET).unwrap();
     without.slabs.clear();
     let [(hits, counted), (expected, all)] = [with_slabs, without].map(|compiled| {
         let (blocks, level) = (Blocks::Whole(Arc::new(compiled)), Level::new());
         let scene = Accelerated { blocks, detail: 0.0, level };
         let mut tracer = scene.tracer();
-        let hits: Vec<_> = rays.iter().map(|ray| tracer.nearest(ray)).collect();
-        (hits, tracer.take_counters())
+        let alone: Vec<_> = rays.iter().map(|ray| tracer.nearest(ray)).collect();
+        let counted = tracer.take_counters();
+        let mut together = vec![None; rays.len()];
+        for (rays, found) in rays.chunks(PACKET).zip(together.chunks_mut(PACKET)) {
+            tracer.nearest_of(rays, found);
+        }
+        ([alone, together], [counted, tracer.take_counters()])
     });
-    assert!(hits == expected);
-    assert!(10 * counted.box_tests < 9 * all.box_tests, "{counted:?} of {all:?}");
-    assert!(4 * counted.primitive_tests < 3 * all.primitive_tests, "{counted:?} of {all:?}");
+    assert!(hits == expected && hits[0] == hits[1]);
+    for (counted, all) in counted.iter().zip(all) {
+        assert!(10 * counted.box_tests < 9 * all.box_tests, "{counted:?} of {all:?}");
+        assert!(4 * counted.primitive_tests < 3 * all.primitive_tests, "{counted:?} of {all:?}");
+    }
 }
 
 #[test]

@@ -10,9 +10,10 @@ use glam::DVec3;
 use super::Open;
 use super::front::Front;
 use crate::fast::compile::{Item, SuperNode};
-use crate::fast::frame::{DRIFT, Floats, float_bits, load};
+use crate::fast::frame::DRIFT;
 use crate::fast::hits::{ROOT, START};
 use crate::fast::lanes::{HALF, Mask, Rays, Vec3x8};
+use crate::fast::line::{Floats, float_bits, load};
 use crate::fast::tree::{Node, WIDTH};
 
 /// Rays in a super-node.

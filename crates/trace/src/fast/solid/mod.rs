@@ -213,7 +213,9 @@ impl Solids {
                     Content::Super(_) | Content::Gate(_) => {}
                 }
             }
-            let Some(narrow) = Narrow::new(ray, ball, number, way) else { return Some(question.nowhere()) };
+            let Some(narrow) = Narrow::new(ray, ball, number, way, false) else {
+                return Some(question.nowhere());
+            };
             let (stack, level) = (self.stack.len(), self.levels.len());
             self.open(narrow, root);
             self.calls.push(match question.seek {
@@ -245,7 +247,8 @@ impl Solids {
             Content::Super(_) | Content::Gate(_) => {
                 if let Some((number, below)) = held.inside(above, content)
                     && let Some(root) = below.root
-                    && let Some(narrow) = Narrow::new(ray, below, number, hits.enter(place, block, number))
+                    && let Some(narrow) =
+                        Narrow::new(ray, below, number, hits.enter(place, block, number), false)
                 {
                     self.open(narrow, root);
                 }

@@ -48,7 +48,7 @@ impl Survey<'_> {
     ) -> f32 {
         let direction = seen.normal.as_dvec3() + on_sphere(dice);
         let ray = Ray { origin: line.at(at.t), direction };
-        let Some(narrow) = Narrow::new(ray, ball, ROOT, START) else { return 1.0 };
+        let Some(narrow) = Narrow::new(ray, ball, ROOT, START, false) else { return 1.0 };
         let met = dispatch!(self.level, simd => self.meet(simd, node, &narrow));
         let others = met.iter().filter(|meeting| meeting.child != at.child);
         others.fold(1.0, |left, meeting| behind(left, meeting.cover, meeting.apart))

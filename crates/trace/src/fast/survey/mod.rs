@@ -212,7 +212,7 @@ impl Survey<'_> {
             // Neighbours are far from each other.
             let cell = number * STRIDE % CELLS;
             let (line, weight) = throws[cell].line(&bounds, cell, number / CELLS);
-            let Some(inside) = Narrow::new(line, ball, ROOT, START) else { continue };
+            let Some(inside) = Narrow::new(line, ball, ROOT, START, false) else { continue };
             let left = dispatch!(self.level, simd => self.follow(simd, node, inside, is_root));
             tallies[cell].add(weight, 1.0 - f64::from(left));
             if !is_root && seen.len() == SEEN {
@@ -286,7 +286,8 @@ impl Survey<'_> {
                     self.parts.push(Meeting::new(0.0, cover, &ray.ray, child));
                     let below = &block.supers[number as usize];
                     let inside = transform(&ray.ray, &item.item_from_super);
-                    if let (Some(inside), Some(root)) = (Narrow::new(inside, below, ROOT, START), below.root)
+                    if let (Some(inside), Some(root)) =
+                        (Narrow::new(inside, below, ROOT, START, false), below.root)
                     {
                         self.frames.push(inside);
                         self.open.push((self.frames.len() - 1, root));
