@@ -1,11 +1,13 @@
 //! States written out as lists of places, the largest by surface area opened first.
 //!
 //! A list ends where it is long enough. If all states are known, each where some list breaks off is opened likewise, once,
-//! however many lists lead to it; this is the [whole](Lists::whole) of a graph. A [block](Lists::block) is one list and
-//! those of the operands of its solids, and what it breaks off at is left for later.
+//! however many lists lead to it; this is the [whole](Lists::whole) of a graph. There, the places of a state are opened
+//! together if they can be: the fewer states lists break off at, the longer they may be. A [block](Lists::block) is one
+//! list and those of the operands of its solids, and what it breaks off at is left for later.
 
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, VecDeque};
+use std::{iter, mem};
 
 use csg_graph::EvalError;
 use csg_graph_bounds::Aabb;
@@ -61,7 +63,7 @@ impl Lists {
     ) -> Result<Option<Self>, EvalError> {
         let mut all = Self::new(states, root);
         while let Some((clip, start)) = all.go_on(states) {
-            let list = open(states, start, length)?;
+            let list = open_alike(states, start, length)?;
             all.total += list.len();
             for place in &list {
                 match states.get(place).kind {
@@ -145,63 +147,142 @@ fn least(states: &States<'_>, start: &[Place]) -> usize {
     }
 }
 
-/// Opens the first union, and then others, into a list of at most `length` places, in the order of the graph.
+/// Opens the first union, and then others, the largest first, into a list of at most `length` places.
 fn open(states: &mut States<'_>, start: Vec<Place>, length: usize) -> Result<Vec<Place>, EvalError> {
-    // Each with the next one in the order of the graph.
-    let count = start.len();
-    let mut places: Vec<(Place, Option<usize>)> = Vec::with_capacity(count.max(length.min(ROOM)));
-    places.extend(start.into_iter().zip((1..count).map(Some).chain([None])));
-    let mut open = BinaryHeap::new();
-    let enqueue = |states: &States<'_>, open: &mut BinaryHeap<Largest>, place: &Place, at| {
-        if states.is_union(place) && states.part_count(place) <= length {
-            let bounds = states.aabb(place.target)?.image(&place.above_from_target);
-            open.push(Largest { area: bounds.surface_area(), place: at });
-        }
-        Ok(())
-    };
-    if let [(place, _)] = &places[..] {
-        // One place alone is opened in any case, or the list would lead to itself, and however large it is.
-        open.extend(states.is_union(place).then_some(Largest { area: 0.0, place: 0 }));
-    } else {
-        for (at, (place, _)) in places.iter().enumerate() {
-            enqueue(states, &mut open, place, at)?;
-        }
+    let (mut list, slots) = List::begin(states, start, length)?;
+    let mut queue = BinaryHeap::new();
+    for slot in slots {
+        queue.extend(list.union_at(states, slot, length)?);
     }
-    while places.len() < length.max(2)
-        && let Some(Largest { place: at, .. }) = open.pop()
+    while list.places.len() < length
+        && let Some(Largest { place: slot, .. }) = queue.pop()
     {
-        let (place, next) = &places[at];
-        if places.len() > 1 && places.len() - 1 + states.part_count(place) > length {
+        if list.places.len() - 1 + states.part_count(list.place(slot)) > length {
             continue;
         }
+        for slot in list.open(states, slot)? {
+            queue.extend(list.union_at(states, slot, length)?);
+        }
+    }
+    Ok(list.in_order())
+}
+
+/// The same, but all places of a state are opened or none, once the list is half as long as it may be. So lists break off
+/// at fewer states, each of which has one, and there is memory for longer ones.
+fn open_alike(states: &mut States<'_>, start: Vec<Place>, length: usize) -> Result<Vec<Place>, EvalError> {
+    let (mut list, mut slots) = List::begin(states, start, length)?;
+    let mut alike: FxHashMap<u32, Vec<Largest>> = FxHashMap::default();
+    // Each place with its state, the others of which are opened with the largest.
+    let mut queue = BinaryHeap::new();
+    loop {
+        for slot in slots.drain(..) {
+            if let Some(union) = list.union_at(states, slot, length)? {
+                let target = list.place(slot).target;
+                queue.push((union, target));
+                alike.entry(target).or_default().push(union);
+            }
+        }
+        if list.places.len() >= length {
+            break;
+        }
+        let Some((_, target)) = queue.pop() else { break };
+        let Some(mut unions) = alike.remove(&target) else { continue };
+        let room = (length - list.places.len()) / (states.part_count(&Place::at(target)) - 1);
+        if unions.len() > room {
+            if 2 * list.places.len() >= length {
+                continue;
+            }
+            unions.sort_unstable_by(|a, b| b.cmp(a));
+            unions.truncate(room);
+        }
+        for union in unions {
+            slots.extend(list.open(states, union.place)?);
+        }
+    }
+    Ok(list.in_order())
+}
+
+/// A list in the making.
+struct List {
+    /// Each with the slot of the next one in the order of the graph.
+    places: Vec<(Place, Option<usize>)>,
+}
+
+impl List {
+    /// The list of some places, and their slots. One place alone is opened in any case, or the list would lead to itself, and
+    /// however large it is.
+    fn begin(
+        states: &mut States<'_>,
+        start: Vec<Place>,
+        length: usize,
+    ) -> Result<(Self, Vec<usize>), EvalError> {
+        let count = start.len();
+        let mut places = Vec::with_capacity(count.max(length.min(ROOM)));
+        places.extend(start.into_iter().zip((1..count).map(Some).chain([None])));
+        let mut list = Self { places };
+        let slots = match &list.places[..] {
+            [(place, _)] if states.is_union(place) => list.open(states, 0)?.collect(),
+            _ => (0..count).collect(),
+        };
+        Ok((list, slots))
+    }
+
+    fn place(&self, slot: usize) -> &Place {
+        &self.places[slot].0
+    }
+
+    /// The place in a slot, if it is a union of no more parts than a list may have.
+    fn union_at(
+        &self,
+        states: &States<'_>,
+        slot: usize,
+        length: usize,
+    ) -> Result<Option<Largest>, EvalError> {
+        let place = self.place(slot);
+        if !states.is_union(place) || states.part_count(place) > length {
+            return Ok(None);
+        }
+        let bounds = states.aabb(place.target)?.image(&place.above_from_target);
+        Ok(Some(Largest { area: bounds.surface_area(), place: slot }))
+    }
+
+    /// Replaces a union by its parts, and says in which slots they are. The first is in that of the union.
+    fn open(
+        &mut self,
+        states: &mut States<'_>,
+        slot: usize,
+    ) -> Result<impl Iterator<Item = usize> + use<>, EvalError> {
+        let (place, next) = &self.places[slot];
         let Kind::Union(parts) = states.resolve(place.target)? else {
             unreachable!("only unions are opened")
         };
         let parts: Vec<Place> = parts.iter().map(|part| place.then(part)).collect();
-        let (mut next, mut slots) = (*next, (places.len()..).take(parts.len() - 1));
-        // From the last part to the first, which takes the place of the union.
-        for part in parts.into_iter().rev() {
-            let slot = slots.next().unwrap_or(at);
-            enqueue(states, &mut open, &part, slot)?;
-            if slot == at {
-                places[at] = (part, next);
-            } else {
-                places.push((part, next));
-            }
-            next = Some(slot);
+        let (mut next, free) = (*next, self.places.len());
+        let mut parts = parts.into_iter();
+        let first = parts.next().expect("a union has parts");
+        for part in parts.rev() {
+            self.places.push((part, next));
+            next = Some(self.places.len() - 1);
         }
+        self.places[slot] = (first, next);
+        Ok(iter::once(slot).chain(free..self.places.len()))
     }
-    let mut ordered = Vec::with_capacity(places.len());
-    let mut at = Some(0);
-    while let Some(index) = at {
-        let (place, next) = std::mem::replace(&mut places[index], (Place::at(0), None));
-        ordered.push(place);
-        at = next;
+
+    /// Its places in the order of the graph.
+    fn in_order(mut self) -> Vec<Place> {
+        let mut ordered = Vec::with_capacity(self.places.len());
+        let mut at = (!self.places.is_empty()).then_some(0);
+        while let Some(slot) = at {
+            let (place, next) = mem::replace(&mut self.places[slot], (Place::at(0), None));
+            ordered.push(place);
+            at = next;
+        }
+        ordered
     }
-    Ok(ordered)
 }
 
 /// A union that can be opened, by its surface area.
+#[derive(Clone, Copy)]
 pub(super) struct Largest {
     pub(super) area: f64,
     pub(super) place: usize,

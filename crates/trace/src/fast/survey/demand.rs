@@ -16,7 +16,7 @@ use glam::{DMat3, DVec3};
 
 use super::estimate::{Tally, shrink};
 use super::lines::{Throws, flux};
-use super::{ALL_LINES, FEW_LINES, LINES, LINES_BELOW, STRIDE};
+use super::{ALL_LINES, FEW_LINES, LINES_BELOW, STRIDE};
 use crate::fast::Tracer;
 use crate::fast::blocks::Blocks;
 use crate::fast::compile::Compiled;
@@ -27,6 +27,9 @@ use crate::fast::tree::Child;
 
 /// Lines are traced down to parts of that share of the size of what is measured, or less.
 const SHARE: f64 = 0.1;
+
+/// Lines through the box of a state in each direction: they go down much farther than those of what is measured ahead.
+const LINES: usize = 48;
 
 /// States that differ by chance alone, or a listed one, and what they cover in a number of rounds.
 #[derive(Debug)]

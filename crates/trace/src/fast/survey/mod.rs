@@ -34,8 +34,9 @@ use super::single;
 use super::tree::{Child, WIDTH};
 use crate::{Ray, shapes};
 
-/// Lines through the box of a super-node in each direction, unless there are too many boxes.
-const LINES: usize = 48;
+/// Lines through the box of a super-node in each direction, unless there are too many boxes. What is above goes by what they
+/// tell, where an error may come again at each level.
+const LINES: usize = 192;
 
 /// And through the box of another node.
 const LINES_BELOW: usize = 8;
