@@ -139,7 +139,7 @@ fn only_the_same_picture_goes_on() {
         (&["--noise", "2"], "noise was none and is 2"),
         (&["--view", "normal"], "view was shaded and is normal"),
         (&["--engine", "reference"], "engine was fast and is reference"),
-        (&["--budget", "64K"], "budget was 262144 and is 65536"),
+        (&["--budget", "64K"], "budget was 393216 and is 65536"),
     ] {
         refused(&[&base[..], &["--resume"], further].concat(), reason);
     }

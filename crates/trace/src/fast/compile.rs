@@ -212,14 +212,15 @@ impl Compiled {
     }
 
     /// Gives all entries their exact boxes and each list its tree: of all there is, or of a block of some granularity, which
-    /// may be a part of what never ends. Slabs are as much work as the boxes: not for what may soon be forgotten, nor where there
-    /// are too many states for the budget.
+    /// may be a part of what never ends. Slabs are as much work as the boxes: not for what may soon be forgotten, nor where
+    /// there are too many states for the budget, nor below operators, which do not ask by way of them.
     fn close(
         lists: Lists,
         states: &States<'_>,
         granularity: Option<Granularity>,
         has_slabs: bool,
     ) -> Result<Self, EvalError> {
+        let mut slabs_of = if has_slabs { lists.in_unions() } else { Vec::new() }.into_iter();
         let Lists { lists, supers, numbers, solids, .. } = lists;
         let mut compiled = Self { solids, ..Self::default() };
         let mut gates: FxHashMap<u32, u32> = FxHashMap::default();
@@ -227,8 +228,7 @@ impl Compiled {
         for (clip, list) in lists {
             let (first, first_node) = (compiled.items.len(), compiled.nodes.len());
             let mut boxes = Vec::with_capacity(list.len());
-            // What operators ask of their operands is not asked by way of slabs.
-            let has_slabs = has_slabs && clip == Aabb::ALL;
+            let has_slabs = slabs_of.next().unwrap_or(false);
             let mut reaches = Vec::with_capacity(if has_slabs { list.len() } else { 0 });
             compiled.items.reserve(list.len());
             compiled.symbols.reserve(list.len());

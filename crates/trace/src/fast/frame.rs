@@ -14,7 +14,7 @@ use super::compile::SuperNode;
 use super::hits::{ROOT, START};
 use super::lanes::{HALF, LANES, Lanes, Mask, Rays, bits};
 use super::line::{Floats, LEAST, Line, Lines};
-use super::slabs::{self, Diagonals};
+use super::slabs::Diagonals;
 use crate::Ray;
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, SimdNarrow, f32x16, f64x8, mask32x16};
 use glam::{DVec3, Vec3A, Vec4};
@@ -205,9 +205,8 @@ impl NarrowRays {
         } else {
             None
         };
-        if has_slabs {
-            let (origins, directions) = (slabs::along(origins), slabs::along(directions));
-            self.diagonals.get_or_insert(Lines::ZERO).set(simd, origins, directions, drift * 3.0);
+        if has_slabs && met != 0 {
+            self.diagonals.get_or_insert(Lines::ZERO).set_diagonals(simd, origins, directions, drift);
         } else {
             self.diagonals = None;
         }

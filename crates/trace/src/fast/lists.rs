@@ -108,6 +108,20 @@ impl Lists {
         Ok(all)
     }
 
+    /// Which lists the root leads to through unions alone.
+    pub(super) fn in_unions(&self) -> Vec<bool> {
+        let mut found = vec![false; self.lists.len()];
+        let mut open = vec![0];
+        while let Some(number) = open.pop() {
+            if !mem::replace(&mut found[number], true) {
+                let (_, list) = &self.lists[number];
+                let below = list.iter().filter_map(|place| self.supers.get(&place.target));
+                open.extend(below.map(|number| *number as usize));
+            }
+        }
+        found
+    }
+
     /// Has places opened later.
     fn wait(&mut self, states: &States<'_>, clip: Aabb, start: Vec<Place>) {
         self.due += least(states, &start);
@@ -167,28 +181,30 @@ fn open(states: &mut States<'_>, start: Vec<Place>, length: usize) -> Result<Vec
     Ok(list.in_order())
 }
 
-/// The same, but all places of a state are opened or none, once the list is half as long as it may be. So lists break off
-/// at fewer states, each of which has one, and there is memory for longer ones.
+/// The same, but all places of a state are opened with the largest of them, or none any more, once the list is half as long
+/// as it may be. So lists break off at fewer states, each of which has one, and there is memory for longer ones.
 fn open_alike(states: &mut States<'_>, start: Vec<Place>, length: usize) -> Result<Vec<Place>, EvalError> {
     let (mut list, mut slots) = List::begin(states, start, length)?;
-    let mut alike: FxHashMap<u32, Vec<Largest>> = FxHashMap::default();
-    // Each place with its state, the others of which are opened with the largest.
+    // The places of each state; none of one at which the list breaks off.
+    let mut alike: FxHashMap<u32, Option<Vec<Largest>>> = FxHashMap::default();
     let mut queue = BinaryHeap::new();
     loop {
         for slot in slots.drain(..) {
-            if let Some(union) = list.union_at(states, slot, length)? {
-                let target = list.place(slot).target;
+            let Some(union) = list.union_at(states, slot, length)? else { continue };
+            let target = list.place(slot).target;
+            if let Some(unions) = alike.entry(target).or_insert_with(|| Some(Vec::new())) {
+                unions.push(union);
                 queue.push((union, target));
-                alike.entry(target).or_default().push(union);
             }
         }
         if list.places.len() >= length {
             break;
         }
         let Some((_, target)) = queue.pop() else { break };
-        let Some(mut unions) = alike.remove(&target) else { continue };
+        let Some(Some(mut unions)) = alike.remove(&target) else { continue };
         let room = (length - list.places.len()) / (states.part_count(&Place::at(target)) - 1);
         if unions.len() > room {
+            alike.insert(target, None);
             if 2 * list.places.len() >= length {
                 continue;
             }

@@ -128,14 +128,19 @@ impl Single {
         self.levels[at] = narrow;
     }
 
-    /// A ray at the root, or at a node of its tree.
+    /// A ray at the root, or at a node of its tree; for boxes with slabs, if there are some, or for boxes alone.
     #[inline(always)]
-    pub(super) fn start(held: &Held<'_>, ray: &Ray, node: Option<Child>) -> Option<(Narrow, Child)> {
+    pub(super) fn start(
+        held: &Held<'_>,
+        ray: &Ray,
+        node: Option<Child>,
+        has_slabs: bool,
+    ) -> Option<(Narrow, Child)> {
         let root = &held.block(ROOT).supers[0];
         let child = node.or(root.root)?;
         let narrow = match child.get() {
             Ok(_) => Narrow::alone(*ray, ROOT, START),
-            Err(_) => Narrow::new(*ray, root, ROOT, START, false)?,
+            Err(_) => Narrow::new(*ray, root, ROOT, START, has_slabs && !held.block(ROOT).slabs.is_empty())?,
         };
         Some((narrow, child))
     }

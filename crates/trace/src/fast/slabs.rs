@@ -2,9 +2,9 @@
 //!
 //! The hull of a tetrahedron of balls fills a third of its box, and rays that come through the rest go down in vain. So the
 //! children of a node can have the seven directions of \[KAY86\]: the slabs of their boxes, and those between the supports
-//! of what is in them along the diagonals, from the same queries with a larger gap. Where the box of a child is met, its slabs
-//! are tested, too: by single rays, by the rays of a packet, and by the tube around these. Only rays that judge how large
-//! things are leave them out, which is a matter of boxes.
+//! of what is in them along the diagonals, from queries with a gap of their own. Where the box of a child is met, its slabs are
+//! tested, too: by single rays, by the rays of a packet, and by the tube around these. Below operators there are none, nor in
+//! what is compiled on demand; and rays that judge how large things are leave them out, which is a matter of boxes.
 
 use std::ops::{Add, Sub};
 
@@ -117,7 +117,7 @@ pub(super) fn add(
 
 /// A vector's coordinates along the diagonals: of numbers, or of vectors of them.
 #[inline(always)]
-pub(super) fn along<T: Copy + Add<Output = T> + Sub<Output = T>>([x, y, z]: [T; 3]) -> [T; 4] {
+fn along<T: Copy + Add<Output = T> + Sub<Output = T>>([x, y, z]: [T; 3]) -> [T; 4] {
     [x + y + z, x + y - z, x - y + z, y + z - x]
 }
 
@@ -131,6 +131,20 @@ impl Diagonals {
         let inverse = Vec4::ONE / direction;
         let (offset, slack) = (-origin * inverse, slack.element_sum() * inverse.abs());
         Self { inverse, near_offset: offset - slack, far_offset: offset + slack }
+    }
+}
+
+impl Lines<4> {
+    /// The lines through points, and all that are no farther from these than `slack` along each axis.
+    #[inline(always)]
+    pub(super) fn set_diagonals<S: Simd>(
+        &mut self,
+        simd: S,
+        origins: [f32x16<S>; 3],
+        directions: [f32x16<S>; 3],
+        slack: f32x16<S>,
+    ) {
+        self.set(simd, along(origins), along(directions), slack * 3.0);
     }
 }
 
@@ -239,7 +253,15 @@ mod tests {
                 let ray = Ray { origin: through - away * direction, direction };
                 let narrow = Narrow::new(ray, &ball, 0, 0, true).expect("it goes through the ball");
                 let mut rays = NarrowRays::EMPTY;
-                (0..LANES).for_each(|lane| rays.rays.set(lane, &ray));
+                // Others of a packet, around it: all of them go through the tetrahedron.
+                let spread = [0.0, 0.1, 1.0][round % 3];
+                for lane in 0..LANES {
+                    let aside = if lane == 0 { DVec3::ZERO } else { spread * vector() };
+                    let through = cloud.iter().fold(DVec3::ZERO, |sum, corner| sum + *corner) / 4.0;
+                    let through = if lane == 0 { ray.at(away) } else { through };
+                    let direction = ray.direction + aside;
+                    rays.rays.set(lane, &Ray { origin: through - away * direction, direction });
+                }
                 let (boxes, slabs, by_all, by_tube) = dispatch!(Level::new(), simd => {
                     let [low, high] = [f32::MIN, f32::MAX];
                     let (between, boxes) = crossed(simd, &nodes[0], &narrow.line, low, high);

@@ -5,7 +5,7 @@
 //! behind them, so that a box test more costs less than an item too many.
 //!
 //! Boxes are single precision, in a frame where the super-node is a unit ball about the origin, and padded by
-//! [`PADDING`]; see [`packet`](super::packet) for what the padding covers.
+//! [`PADDING`]; see [`frame`](super::frame) for what the padding covers.
 
 use std::ops::Range;
 
