@@ -201,15 +201,15 @@ fn open_alike(states: &mut States<'_>, start: Vec<Place>, length: usize) -> Resu
             break;
         }
         let Some((_, target)) = queue.pop() else { break };
-        let Some(Some(mut unions)) = alike.remove(&target) else { continue };
+        let Some(mut unions) = alike.get_mut(&target).and_then(Option::take) else { continue };
         let room = (length - list.places.len()) / (states.part_count(&Place::at(target)) - 1);
-        if unions.len() > room {
-            alike.insert(target, None);
-            if 2 * list.places.len() >= length {
-                continue;
-            }
+        if unions.len() <= room {
+            alike.remove(&target);
+        } else if 2 * list.places.len() < length {
             unions.sort_unstable_by(|a, b| b.cmp(a));
             unions.truncate(room);
+        } else {
+            continue;
         }
         for union in unions {
             slots.extend(list.open(states, union.place)?);
