@@ -16,6 +16,15 @@ pub(crate) fn evaluation(sources: &SourceMap, error: &EvalError) -> Diagnostic {
         Fault::Infinite(_) => at.infinite(),
         Fault::Singular(call) => at.singular(call),
         Fault::OutOfRange { term, value } => at.out_of_range(*term, *value),
+        fault @ Fault::Nothing => at
+            .error(fault.to_string(), "comes to no primitive")
+            .help("is there a rule that ends it, and does its selection function ever take that?"),
+        fault @ Fault::Slow => at.error(fault.to_string(), "still not as small as a pixel").help(
+            "scale each part by less, as `uscale(0.9)`, or count its levels with a parameter and end it by a rule",
+        ),
+        fault @ Fault::Bottomless => at.error(fault.to_string(), "has itself for an operand").help(
+            "it is looked into until it is too small to be seen: scale it by less than 1, or end it by a rule",
+        ),
         fault => at.error(fault.to_string(), "no such solid"),
     }
 }

@@ -115,6 +115,9 @@ pub enum Fault {
     /// A recursion leads on and on, and to no solid.
     #[error("the recursion leads on and on, and to no solid")]
     Nothing,
+    /// A recursion never ends, and shrinks so slowly that following it to the size of a pixel takes too long.
+    #[error("the recursion leads on and on here, and hardly gets smaller")]
+    Slow,
     /// Operators have operators for operands, and these again, for longer than anything that shrinks would.
     #[error("what is subtracted or clipped here leads on and on, and does not get smaller")]
     Bottomless,

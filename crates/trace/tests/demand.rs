@@ -470,6 +470,19 @@ fn recursion_through_any_operand_comes_to_an_end_if_it_shrinks() {
     }
 }
 
+/// It would take some 10¹⁰ levels to the size of a pixel, and memory for each.
+#[test]
+fn recursion_that_hardly_shrinks_is_an_error() {
+    for rule in ["uscale(0.9999999999) A | sphere", "cube | uscale(0.9999999999) rotx(10) A"] {
+        let graph = graph(&format!("{{}} A\nA -> {rule}"));
+        let boxes = exact(&graph, &Limits::default()).unwrap();
+        let root = boxes.root;
+        let scene = Accelerated::on_demand(graph, StateBounds::Exact(Box::new(boxes)), 1 << 20).unwrap();
+        let error = picture(&scene.with_detail(1.0), &root, 1).unwrap_err();
+        assert!(error.to_string().contains("hardly gets smaller"), "{error}");
+    }
+}
+
 /// Where chance decides, nobody has shown beforehand that what is subtracted shrinks.
 #[test]
 fn operators_that_lead_on_and_on_by_chance_are_an_error() {

@@ -132,6 +132,21 @@ fn parts_beyond_all_digits_are_not_unfolded() {
 }
 
 #[test]
+fn recursion_that_hardly_shrinks_is_an_error() {
+    let folder = folder();
+    let path = folder.path().join("slow.pcsg");
+    fs::write(path, "{} A\nA -> uscale(0.9999999999) A | sphere").expect("it can be written");
+    for command in [&["render", "slow.pcsg", "-o", "a.png", "--size", "16x16"][..], &["bench", "slow.pcsg"]] {
+        let (code, _, err, _) = run_in(folder.path(), command);
+        assert!(code == 1 && err.contains("hardly gets smaller") && err.contains("slow.pcsg:2:6"), "{err}");
+        assert!(
+            err.contains("still not as small as a pixel") && !folder.path().join("a.png").exists(),
+            "{err}"
+        );
+    }
+}
+
+#[test]
 fn recursion_to_nothing_is_an_error() {
     let folder = folder();
     // (rules, the line of the symbol that leads to nothing)

@@ -90,6 +90,11 @@ pub(super) struct Held<'a> {
 /// The bytes of blocks that are held where lines measure one.
 const ALONE: usize = 1 << 20;
 
+/// Inside of so many super-nodes, one in the other, a ray may go on, and rays together: that takes some twenty megabytes, and
+/// two.
+const LONGEST: u32 = 1 << 16;
+const DEEP: u32 = 1 << 10;
+
 /// How many questions below operators may wait for each other at first: what is listed ends.
 fn deepest(source: &Blocks) -> usize {
     match source {
@@ -250,13 +255,29 @@ impl<'a> Held<'a> {
         self.source.finest()
     }
 
+    /// Whether rays go on one by one inside of so many super-nodes.
+    #[inline(always)]
+    pub(super) fn goes_alone(&self, inside: u32) -> bool {
+        inside >= DEEP && self.source.on_demand().is_some()
+    }
+
+    /// Whether a way that goes on inside of so many super-nodes is too long. Where nothing is listed, a recursion may shrink so
+    /// slowly that this is how it is found not to come to the size of a pixel.
+    #[inline(always)]
+    pub(super) fn is_too_long(&self, inside: u32, hits: &Hits, way: u32) -> bool {
+        if inside >= LONGEST && self.source.on_demand().is_some() {
+            self.refuse(Fault::Slow, hits, way);
+        }
+        self.is_void()
+    }
+
     /// Whether too many questions wait for each other below the operators on a way. Where recursion goes by chance, nobody has
     /// shown that it shrinks, and this is how it is found not to. What is found from then on is void.
     #[inline(always)]
     pub(super) fn is_bottomless(&self, waiting: usize, hits: &Hits, way: u32) -> bool {
         let is_bottomless = waiting > self.deepest.get();
         if is_bottomless {
-            self.refuse(hits, way);
+            self.refuse(Fault::Bottomless, hits, way);
         }
         is_bottomless
     }
@@ -267,13 +288,13 @@ impl<'a> Held<'a> {
     }
 
     #[cold]
-    fn refuse(&self, hits: &Hits, way: u32) {
+    fn refuse(&self, fault: Fault, hits: &Hits, way: u32) {
         let Blocks::OnDemand(source) = self.source else { unreachable!("all that is listed ends") };
         if self.deepest.replace(0) > 0 {
             let (above, item) = hits.step(way);
             let node = self.item(hits.block(above), item).node;
             let at = csg_graph::Place { node, expr: None, label: source.graph.node_name(node) };
-            let fault = EvalError { at, fault: Fault::Bottomless, values: Vec::new() };
+            let fault = EvalError { at, fault, values: Vec::new() };
             self.fault.set(Some(Box::new(fault)));
         }
     }

@@ -165,7 +165,7 @@ impl Packet {
                     continue;
                 }
             }
-            if lanes.count_ones() < FEW {
+            if lanes.count_ones() < FEW || inquiry.held.goes_alone(level) {
                 while lanes != 0 {
                     let lane = lanes.trailing_zeros() as usize % LANES;
                     lanes &= lanes - 1;

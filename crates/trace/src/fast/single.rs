@@ -98,6 +98,9 @@ impl Single {
         let place = Place::new(narrow.way, at);
         match item.content {
             Content::Super(_) | Content::Gate(_) => {
+                if inquiry.held.is_too_long(level, inquiry.hits, narrow.way) {
+                    return None;
+                }
                 let (number, below) = inquiry.held.inside(narrow.block, item.content)?;
                 let ray = transform(&narrow.ray, &item.item_from_super);
                 let root = below.root?;
