@@ -55,6 +55,11 @@ impl Throws {
     }
 }
 
+/// The same line from its other end.
+pub(super) fn backwards(line: &Ray, bounds: &Aabb) -> Ray {
+    Ray { origin: line.at(3.0 * bounds.size().length()), direction: -line.direction }
+}
+
 /// How many of evenly spread lines in a direction go through a box, for its length.
 pub(super) fn flux(bounds: &Aabb, direction: DVec3) -> f64 {
     let size = bounds.size();

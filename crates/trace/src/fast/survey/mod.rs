@@ -22,7 +22,7 @@ use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
 use self::estimate::{Arrangement, Tally, shrink};
-use self::lines::{Throws, flux};
+use self::lines::{Throws, backwards, flux};
 use super::compile::{Compiled, Content};
 use super::cover::{self, CELLS, Cover, behind};
 use super::frame::{Narrow, narrow};
@@ -53,8 +53,12 @@ const STRIDE: usize = 10;
 /// The most super-nodes that a line is followed through. Of others it goes by what was measured.
 const ENTERED: usize = 64;
 
-/// The most of what lines meet that is remembered.
-const SEEN: usize = 8;
+/// The most faces that are remembered of those that lines meet below the root of a super-node. What is above draws from them:
+/// the fewer there are, the sooner all descend from one.
+const SEEN: usize = 32;
+
+/// And of those below another node.
+const SEEN_BELOW: usize = 8;
 
 /// What was measured.
 pub(super) struct Surveyed {
@@ -208,15 +212,18 @@ impl Survey<'_> {
         let lines = self.lines[usize::from(!is_root)];
         let throws: [Throws; CELLS] = std::array::from_fn(|_| Throws::new(&mut dice));
         let mut tallies = [Tally::default(); CELLS];
+        let most_seen = if is_root { SEEN } else { SEEN_BELOW };
         let mut seen = Vec::new();
         for number in 0..lines {
             // Neighbours are far from each other.
             let cell = number * STRIDE % CELLS;
             let (line, weight) = throws[cell].line(&bounds, cell, number / CELLS);
+            // Covers are the same both ways, but not what is seen.
+            let line = if number % 2 == 0 { line } else { backwards(&line, &bounds) };
             let Some(inside) = Narrow::new(line, ball, ROOT, START, false) else { continue };
             let left = dispatch!(self.level, simd => self.follow(simd, node, inside, is_root));
             tallies[cell].add(weight, 1.0 - f64::from(left));
-            if !is_root && seen.len() == SEEN {
+            if !is_root && seen.len() == most_seen {
                 continue;
             }
             let mut met = dispatch!(self.level, simd => self.meet(simd, node, &inside));
@@ -225,7 +232,7 @@ impl Survey<'_> {
             if is_root && parts.len() > 1 {
                 arrangement.add(parts, left);
             }
-            if seen.len() < SEEN && !met.is_empty() {
+            if seen.len() < most_seen && !met.is_empty() {
                 met.sort_unstable_by(|one, other| one.t.total_cmp(&other.t));
                 seen.extend(self.see_first(ball, node, &met, &line, &mut dice));
             }

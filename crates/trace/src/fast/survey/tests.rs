@@ -109,6 +109,21 @@ fn what_hardly_any_line_meets_stops_hardly_any() {
 }
 
 #[test]
+fn balls_are_seen_from_all_sides() {
+    let graph = fractal(4.0, PrimitiveKind::Sphere, &TETRAHEDRON);
+    let (found, root) = survey(&graph, BUDGET);
+    let mut dice = Dice::at(DVec3::ONE);
+    for corner in 0..8 {
+        let direction =
+            DVec3::from([0, 1, 2].map(|axis| f64::from(corner >> axis & 1) * 2.0 - 1.0)).normalize();
+        let draws = (0..1000).filter_map(|_| found.looks[root].draw(direction, &mut dice));
+        let facing = draws.map(|seen| -seen.normal.as_dvec3().dot(direction)).sum::<f64>() / 1000.0;
+        // ⅔ if there are normals in all directions; less where only some are seen from the side.
+        assert!(facing > 0.55, "{facing} along {direction}");
+    }
+}
+
+#[test]
 fn crowns_beside_a_solid_stop_rays_as_they_do_without_it() {
     let apart = |has_ground: bool| {
         let mut builder = GraphBuilder::new();
