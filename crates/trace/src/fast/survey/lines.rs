@@ -55,7 +55,7 @@ impl Throws {
     }
 }
 
-/// The same line from its other end.
+/// The same line from its other end: it begins a diagonal before the box, and leaves it within another.
 pub(super) fn backwards(line: &Ray, bounds: &Aabb) -> Ray {
     Ray { origin: line.at(3.0 * bounds.size().length()), direction: -line.direction }
 }
