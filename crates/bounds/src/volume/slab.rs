@@ -112,17 +112,52 @@ impl<const N: usize> Slabs<N> {
         if empty { Self::EMPTY } else { self }
     }
 
-    /// Surface area and volume: each face is a square cut to size by all other planes, and the volume is that of the
-    /// pyramids over the faces.
+    /// The areas of the two faces between each pair of planes, together, in the order of the
+    /// [`DIRECTIONS`](Self::DIRECTIONS), calculated in O(N²). If an axis has no end, those of the [box](Volume::aabb).
     ///
-    /// Calculated about the middle of the axis-aligned box and in halves of its largest extent, so that nothing
-    /// overflows or cancels that need not.
+    /// Half of their sum, each by the cosine of the angle at which it is seen, is what the volume covers of a plane behind
+    /// it: seen from far away along a unit vector u, ½ Σ areaᵢ · |dᵢ·u| / |dᵢ|.
+    ///
+    /// ```
+    /// use csg_graph_bounds::{PointSet, Slabs, Volume};
+    ///
+    /// // All corners of the cube are cut off at once, where a diagonal is 1 instead of 3 on both sides.
+    /// let octahedron = Slabs::<7> { min: [-1.0; 7], max: [1.0; 7] };
+    /// let [x, .., last] = octahedron.face_areas();
+    /// assert_eq!(x, 0.0);
+    /// assert!((last - 3.0_f64.sqrt()).abs() < 1e-12);
+    /// ```
+    pub fn face_areas(&self) -> [f64; N] {
+        let mut areas = [0.0; N];
+        if let Some((unit, faces)) = self.faces() {
+            faces.iter().for_each(|face| areas[face.pair] += face.area * unit * unit);
+        } else if !self.is_empty() {
+            let size = self.aabb().size();
+            let of_box = [size.y * size.z, size.z * size.x, size.x * size.y];
+            areas.iter_mut().zip(of_box).for_each(|(area, of_box)| *area = 2.0 * of_box);
+        }
+        areas
+    }
+
+    /// Surface area and volume, which is that of the pyramids over the faces.
     fn measures(&self) -> [f64; 2] {
         let bounds = self.aabb();
+        let Some((unit, faces)) = self.faces() else { return [bounds.surface_area(), bounds.volume()] };
+        let area: f64 = faces.iter().map(|face| face.area).sum();
+        let volume: f64 = faces.iter().map(|face| face.area * face.offset / 3.0).sum();
+        [area * unit * unit, (volume * unit * unit * unit).clamp(0.0, bounds.volume())]
+    }
+
+    /// A unit of length, and all faces in it: each is a square cut to size by all other planes. None where an axis has no end,
+    /// or there is nothing beyond a point: then the axis-aligned box says it all.
+    ///
+    /// Calculated about the middle of that box and in halves of its largest extent, so that nothing overflows or cancels that
+    /// need not.
+    fn faces(&self) -> Option<(f64, Vec<Face>)> {
+        let bounds = self.aabb();
         let unit = bounds.size().max_element() * 0.5;
-        // Where an axis has no end, or nothing is beyond a point, the box says it all.
         if bounds.is_empty() || !unit.is_finite() || unit == 0.0 {
-            return [bounds.surface_area(), bounds.volume()];
+            return None;
         }
         let center = bounds.center();
         let planes =
@@ -132,14 +167,13 @@ impl<const N: usize> Slabs<N> {
                 (i, direction / length, (m - direction.dot(center)) / (length * unit))
             });
         let planes: Vec<(usize, DVec3, f64)> = planes.filter(|(.., offset)| offset.is_finite()).collect();
-        let (mut area, mut volume) = (0.0, 0.0);
-        for &(i, normal, offset) in &planes {
+        let face = |&(pair, normal, offset): &(usize, DVec3, f64)| {
             // The box reaches no further than √3 from its middle, so neither does the face from the plane's nearest
             // point to it.
             let (u, v) = normal.any_orthonormal_pair();
             let foot = offset * normal;
             let mut face: Vec<DVec3> = [u + v, v - u, -u - v, u - v].map(|corner| foot + 2.0 * corner).into();
-            for &(_, normal, offset) in planes.iter().filter(|(j, ..)| *j != i) {
+            for &(_, normal, offset) in planes.iter().filter(|(j, ..)| *j != pair) {
                 face = clip(&face, normal, offset);
             }
             let doubled: DVec3 = face.windows(2).map(|edge| (edge[0] - foot).cross(edge[1] - foot)).sum();
@@ -147,12 +181,19 @@ impl<const N: usize> Slabs<N> {
                 (Some(last), Some(first)) => (*last - foot).cross(*first - foot),
                 _ => DVec3::ZERO,
             };
-            let face_area = 0.5 * (doubled + closing).dot(normal).abs();
-            area += face_area;
-            volume += face_area * offset / 3.0;
-        }
-        [area * unit * unit, (volume * unit * unit * unit).clamp(0.0, bounds.volume())]
+            Face { pair, offset, area: 0.5 * (doubled + closing).dot(normal).abs() }
+        };
+        Some((unit, planes.iter().map(face).collect()))
     }
+}
+
+/// What of a plane bounds the volume.
+struct Face {
+    /// The index of its direction.
+    pair: usize,
+    /// How far the plane is from the middle, outwards.
+    offset: f64,
+    area: f64,
 }
 
 /// The part of a convex polygon with normal·x ≤ offset.

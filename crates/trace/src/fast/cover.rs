@@ -67,6 +67,13 @@ pub(super) fn direction_in(cell: usize, across: [f64; 2]) -> DVec3 {
     direction
 }
 
+/// Some directions in a cell, evenly spread.
+pub(super) fn directions_in(cell: usize) -> impl Iterator<Item = DVec3> {
+    let halves = [0.25, 0.75];
+    let across = halves.into_iter().flat_map(move |u| halves.map(|v| [u, v]));
+    across.map(move |across| direction_in(cell, across))
+}
+
 /// The share of the rays that are left behind a part with some cover, of those that were left before it. `apart` is 1 if
 /// the part is beside what has stopped the others, 0 if chance is between them, and −1 if it is behind.
 #[inline(always)]

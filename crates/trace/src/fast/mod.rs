@@ -346,7 +346,7 @@ impl Tracer<'_> {
         let Self { level, held, single, hits, solids, .. } = self;
         hits.clear([end; PACKET]);
         let has_detail = hits.detail.is_some();
-        let Some(start) = Single::start(held, ray, node, !has_detail) else { return };
+        let Some(start) = Single::start(held, ray, node) else { return };
         let work = Work::default();
         let mut inquiry = Inquiry { held, ask, hits, solids, work };
         dispatch!(*level, simd => {

@@ -271,7 +271,7 @@ impl Packet {
         lanes: Mask,
     ) {
         let rays = &mut self.levels[level as usize];
-        let has_slabs = !DETAIL && !held.block(rays.block).slabs.is_empty();
+        let has_slabs = !held.block(rays.block).slabs.is_empty();
         let mut met = rays.narrow(simd, ball, lanes, has_slabs);
         if met == 0 {
             return;

@@ -105,7 +105,7 @@ impl Single {
                 let ray = transform(&narrow.ray, &item.item_from_super);
                 let root = below.root?;
                 let way = inquiry.hits.enter(place, block, number);
-                let has_slabs = !DETAIL && !block.slabs.is_empty();
+                let has_slabs = !block.slabs.is_empty();
                 let narrow = Narrow::new(ray, below, number, way, has_slabs)?;
                 self.set_level(level as usize + 1, narrow);
                 return Some(root);
@@ -131,19 +131,15 @@ impl Single {
         self.levels[at] = narrow;
     }
 
-    /// A ray at the root, or at a node of its tree; for boxes with slabs, if there are some, or for boxes alone.
+    /// A ray at the root, or at a node of its tree.
     #[inline(always)]
-    pub(super) fn start(
-        held: &Held<'_>,
-        ray: &Ray,
-        node: Option<Child>,
-        has_slabs: bool,
-    ) -> Option<(Narrow, Child)> {
-        let root = &held.block(ROOT).supers[0];
+    pub(super) fn start(held: &Held<'_>, ray: &Ray, node: Option<Child>) -> Option<(Narrow, Child)> {
+        let block = held.block(ROOT);
+        let root = &block.supers[0];
         let child = node.or(root.root)?;
         let narrow = match child.get() {
             Ok(_) => Narrow::alone(*ray, ROOT, START),
-            Err(_) => Narrow::new(*ray, root, ROOT, START, has_slabs && !held.block(ROOT).slabs.is_empty())?,
+            Err(_) => Narrow::new(*ray, root, ROOT, START, !block.slabs.is_empty())?,
         };
         Some((narrow, child))
     }

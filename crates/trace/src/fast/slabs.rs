@@ -4,10 +4,12 @@
 //! children of a node can have the seven directions of \[KAY86\]: the slabs of their boxes, and those between the supports
 //! of what is in them along the diagonals, from queries with a gap of their own. Where the box of a child is met, its slabs are
 //! tested, too: by single rays, by the rays of a packet, and by the tube around these. Below operators there are none, nor in
-//! what is compiled on demand; and rays that judge how large things are leave them out, which is a matter of boxes.
+//! what is compiled on demand. How large a part is remains a matter of its box; but where that stands for it, its slabs do as
+//! well, and how many rays a part stops is said of those that meet them.
 
 use std::ops::{Add, Sub};
 
+use csg_graph_bounds::{Aabb, Slabs as Hull};
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, f32x16, mask32x16};
 use glam::{DVec3, Vec3A, Vec4};
 
@@ -149,6 +151,17 @@ impl Lines<4> {
 }
 
 impl Slabs {
+    /// What the slabs of a child leave of its box.
+    pub(super) fn hull(&self, node: &Node, slot: usize) -> Hull<7> {
+        let Aabb { min, max } = node.bounds(slot);
+        let [min, max] = [(min, &self.least), (max, &self.most)].map(|(corner, planes)| {
+            let [x, y, z] = corner.to_array();
+            let [a, b, c, d] = planes.map(|planes| f64::from(planes[slot]));
+            [x, y, z, a, b, c, d]
+        });
+        Hull { min, max }
+    }
+
     /// Of the children whose boxes a line meets, between `near` and `far`, those where it meets the slabs, too.
     #[inline(always)]
     #[expect(clippy::cast_possible_truncation, reason = "eight bits")]

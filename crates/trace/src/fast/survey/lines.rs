@@ -1,6 +1,6 @@
 //! Lines through boxes, all being as likely.
 
-use csg_graph_bounds::Aabb;
+use csg_graph_bounds::{Aabb, Slabs};
 use glam::DVec3;
 
 use crate::Ray;
@@ -64,6 +64,21 @@ pub(super) fn backwards(line: &Ray, bounds: &Aabb) -> Ray {
 pub(super) fn flux(bounds: &Aabb, direction: DVec3) -> f64 {
     let size = bounds.size();
     DVec3::new(size.y * size.z, size.z * size.x, size.x * size.y).dot(direction.abs())
+}
+
+/// The polytope between slabs, by what is seen of its faces.
+pub(super) struct Hull([DVec3; 7]);
+
+impl Hull {
+    pub(super) fn new(slabs: &Slabs<7>) -> Self {
+        let areas = slabs.face_areas();
+        Self(std::array::from_fn(|at| 0.5 * areas[at] * Slabs::<7>::DIRECTIONS[at].normalize()))
+    }
+
+    /// How many of evenly spread lines in a direction go through it, for its length.
+    pub(super) fn flux(&self, direction: DVec3) -> f64 {
+        self.0.iter().map(|face| face.dot(direction).abs()).sum()
+    }
 }
 
 /// A direction, all being as likely.

@@ -131,6 +131,7 @@ impl Compiled {
             parts: Meetings::new(),
         };
         self.upwards().into_iter().for_each(|number| survey.measure(number));
+        survey.leave_to_slabs();
         survey.found
     }
 }
@@ -161,8 +162,6 @@ impl Survey<'_> {
     /// another box. How it stops lines together with its siblings is not known yet; as recursion is alike from level to
     /// level, what its own parts do is a guess at it.
     fn cover_of_item(&self, at: usize) -> Option<Cover> {
-        /// Directions in each cell, in each of both ways across.
-        const STEPS: u8 = 2;
         let block = self.block;
         let item = &block.items[at];
         let number = match item.content {
@@ -174,11 +173,9 @@ impl Survey<'_> {
         let (inner, root) = self.measured(root);
         let (outer, root) = (&block.parts[at].bounds, root?);
         let by_volume = 1.0 / item.item_from_super.matrix3.determinant().abs();
-        let steps = || (0..STEPS).map(|step| (f64::from(step) + 0.5) / f64::from(STEPS));
         let cells = std::array::from_fn(|cell| {
             let mut sum = [0.0; 2];
-            for across in steps().flat_map(|u| steps().map(move |v| [u, v])) {
-                let direction = cover::direction_in(cell, across);
+            for direction in cover::directions_in(cell) {
                 let inside = item.item_from_super.matrix3 * direction;
                 sum[0] += f64::from(root.along(inside)) * flux(inner, inside) * by_volume;
                 sum[1] += flux(outer, direction);
@@ -186,6 +183,30 @@ impl Survey<'_> {
             narrow((sum[0] / sum[1]).clamp(0.0, 1.0))
         });
         Some(Cover { cells, apart: root.apart })
+    }
+
+    /// Lines were drawn through boxes. But where children have slabs, rays have met these when they ask for a cover: fewer
+    /// rays, of which more are stopped.
+    fn leave_to_slabs(&mut self) {
+        let block = self.block;
+        for node in &block.nodes {
+            let Some(slabs) = block.slabs.get(node.slabs as usize) else { continue };
+            for slot in node.slots() {
+                let cover = match node.children[slot].get() {
+                    Err(below) => Some(&mut self.found.nodes[below]),
+                    Ok(item) => self.found.items[item].as_mut(),
+                };
+                let Some(cover) = cover else { continue };
+                let (bounds, hull) = (node.bounds(slot), lines::Hull::new(&slabs.hull(node, slot)));
+                for (cell, share) in cover.cells.iter_mut().enumerate() {
+                    let [of_box, of_hull] =
+                        cover::directions_in(cell).fold([0.0; 2], |[of_box, of_hull], direction| {
+                            [of_box + flux(&bounds, direction), of_hull + hull.flux(direction)]
+                        });
+                    *share = narrow((f64::from(*share) * of_box / of_hull).min(1.0));
+                }
+            }
+        }
     }
 
     /// The box and the cover of a child of a node; no cover of a primitive.

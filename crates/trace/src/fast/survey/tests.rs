@@ -109,6 +109,38 @@ fn what_hardly_any_line_meets_stops_hardly_any() {
 }
 
 #[test]
+fn covers_are_of_rays_that_meet_slabs() {
+    let graph = fractal(4.0, PrimitiveKind::Sphere, &TETRAHEDRON);
+    let boxes = exact(&graph, &Limits::default()).unwrap();
+    let whole = Compiled::whole(&graph, Bounds::Exact(&boxes), BUDGET).unwrap().with_parts();
+    let found = whole.survey(Level::new());
+    let scene = Accelerated::new(&graph, &boxes, BUDGET).unwrap();
+    let (mut tracer, mut dice) = (scene.tracer(), Dice::at(DVec3::ONE));
+    let [mut lines, mut come, mut covered, mut stopped] = [0.0; 4];
+    for at in whole.nodes_of(0) {
+        let node = &whole.nodes[at];
+        for slot in node.slots() {
+            let Err(child) = node.children[slot].get() else { continue };
+            for number in 0..20 * CELLS {
+                let cell = number % CELLS;
+                let (line, weight) = Throws::new(&mut dice).line(&found.bounds[child], cell, 0);
+                let inside = Narrow::new(line, &whole.supers[0], ROOT, START, true).unwrap();
+                let (_, met) = dispatch!(Level::new(), simd => {
+                    single::met_in_slabs(simd, &whole, node, &inside.line, inside.start, f32::MAX)
+                });
+                let meets = f64::from(met >> slot & 1);
+                lines += weight;
+                come += weight * meets;
+                covered += weight * meets * f64::from(found.nodes[child].cells[cell]);
+                stopped += weight * f64::from(u8::from(tracer.is_stopped(&line, Some(Child::node(child)))));
+            }
+        }
+    }
+    assert!(come < 0.8 * lines, "{come} of {lines}");
+    assert!((covered - stopped).abs() < 0.05 * stopped, "{covered} for {stopped}");
+}
+
+#[test]
 fn balls_are_seen_from_all_sides() {
     let graph = fractal(4.0, PrimitiveKind::Sphere, &TETRAHEDRON);
     let (found, root) = survey(&graph, BUDGET);
