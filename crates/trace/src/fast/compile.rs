@@ -157,10 +157,13 @@ impl Compiled {
         state: State,
         granularity: Granularity,
     ) -> Result<Self, EvalError> {
+        // What recursion comes back to is not forgotten.
+        let has_slabs = matches!(bounds, Bounds::Exact(_));
         // The items, and the unions above them.
         let mut states = States::new(graph, unions, bounds, 2 * granularity.length);
         let root = states.place(state)?;
-        Self::close(Lists::block(&mut states, &root, granularity.length)?, &states, Some(granularity), false)
+        let lists = Lists::block(&mut states, &root, granularity.length)?;
+        Self::close(lists, &states, Some(granularity), has_slabs)
     }
 
     /// Opens all boxes, unless small parts are judged by theirs.

@@ -23,6 +23,7 @@ use super::frame::narrow;
 use super::hits::Place;
 use super::lanes::LANES;
 use super::sample::Dice;
+use super::survey::outline::Outline;
 use crate::Ray;
 use crate::shapes::Extents;
 
@@ -70,6 +71,8 @@ pub(super) struct Part {
     pub(super) is_unseen: bool,
     /// How many of the rays through the box are stopped: its place among the covers, if that was measured.
     pub(super) cover: u32,
+    /// What slabs leave of the box, if it has some and is measured when rays come to it.
+    pub(super) outline: Option<Box<Outline>>,
 }
 
 impl Part {
@@ -88,6 +91,7 @@ impl Part {
             is_similar,
             is_unseen: false,
             cover: u32::MAX,
+            outline: None,
         }
     }
 }
@@ -273,6 +277,16 @@ impl Compiled {
                         }
                     }
                 }
+            }
+        }
+        self
+    }
+
+    /// Keeps what slabs leave of the boxes of all items.
+    pub(super) fn with_outlines(mut self) -> Self {
+        for (child, outline) in self.outlines() {
+            if let Ok(item) = child.get() {
+                self.parts[item].outline = Some(Box::new(outline));
             }
         }
         self

@@ -16,10 +16,12 @@ use rustc_hash::FxHashMap;
 
 use super::blocks::{Blocks, HELD};
 use super::compile::{Compiled, Content, Gate, Item, SuperNode, index};
-use super::detail::Footprint;
+use super::detail::{Footprint, Part};
+use super::frame::narrow;
 use super::hits::{Hits, Place, ROOT};
 use super::sample::{Dice, Sample};
 use super::survey::demand::measure_nodes;
+use super::survey::outline::flux;
 use super::tree::Child;
 
 /// About what it takes to know where a gate or a state leads, in bytes.
@@ -326,7 +328,12 @@ impl<'a> Held<'a> {
         };
         let class = class.as_ref()?;
         let inside = &block.items[item].item_from_super.matrix3;
-        class.along(self.source, inside, &block.parts[item].bounds, direction)
+        let stopped = class.along(self.source, inside, direction)?;
+        let Part { bounds, outline, .. } = &block.parts[item];
+        let all = outline.as_ref().map_or_else(|| flux(bounds, direction), |outline| outline.flux(direction));
+        // What is as thin as nothing may be seen from its edge.
+        let share = stopped / all;
+        share.is_finite().then(|| narrow(share.clamp(0.0, 1.0)))
     }
 
     /// What is seen of a part that is too small to be looked into.

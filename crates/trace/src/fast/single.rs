@@ -105,7 +105,7 @@ impl Single {
                 let ray = transform(&narrow.ray, &item.item_from_super);
                 let root = below.root?;
                 let way = inquiry.hits.enter(place, block, number);
-                let has_slabs = !block.slabs.is_empty();
+                let has_slabs = !inquiry.held.block(number).slabs.is_empty();
                 let narrow = Narrow::new(ray, below, number, way, has_slabs)?;
                 self.set_level(level as usize + 1, narrow);
                 return Some(root);

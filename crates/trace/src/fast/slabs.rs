@@ -3,9 +3,9 @@
 //! The hull of a tetrahedron of balls fills a third of its box, and rays that come through the rest go down in vain. So the
 //! children of a node can have the seven directions of \[KAY86\]: the slabs of their boxes, and those between the supports
 //! of what is in them along the diagonals, from queries with a gap of their own. Where the box of a child is met, its slabs are
-//! tested, too: by single rays, by the rays of a packet, and by the tube around these. Below operators there are none, nor in
-//! what is compiled on demand. How large a part is remains a matter of its box; but where that stands for it, its slabs do as
-//! well, and how many rays a part stops is said of those that meet them.
+//! tested, too: by single rays, by the rays of a packet, and by the tube around these. Below operators there are none, nor where
+//! states are not listed. How large a part is remains a matter of its box; but where that stands for it, its slabs do as well,
+//! and how many rays a part stops is said of those that meet them.
 
 use std::ops::{Add, Sub};
 

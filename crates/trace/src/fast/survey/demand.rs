@@ -15,7 +15,8 @@ use csg_graph_bounds::Aabb;
 use glam::{DMat3, DVec3};
 
 use super::estimate::{Tally, shrink};
-use super::lines::{Throws, flux};
+use super::lines::Throws;
+use super::outline::flux;
 use super::{ALL_LINES, FEW_LINES, LINES_BELOW, STRIDE};
 use crate::fast::Tracer;
 use crate::fast::blocks::Blocks;
@@ -46,22 +47,18 @@ impl Class {
         Self { state, rounds, cells: OnceLock::new() }
     }
 
-    /// The share of the rays in a direction through a box about a part of this class that are stopped; none if its box has to
-    /// stand for it.
+    /// How many of evenly spread rays in a direction a part of this class stops, for its length; none if its box has to stand
+    /// for it.
     pub(in crate::fast) fn along(
         &self,
         source: &Blocks,
         state_from_outside: &DMat3,
-        outer: &Aabb,
         direction: DVec3,
-    ) -> Option<f32> {
+    ) -> Option<f64> {
         let (inner, cells) = self.cells(source)?;
         let inside = *state_from_outside * direction;
         let share = cells[super::cover::cell(inside)];
-        let size = flux(inner, inside) / state_from_outside.determinant().abs();
-        // What is as thin as nothing may be seen from its edge.
-        let part = size / flux(outer, direction);
-        part.is_finite().then(|| narrow((f64::from(share) * part).clamp(0.0, 1.0)))
+        Some(f64::from(share) * flux(inner, inside) / state_from_outside.determinant().abs())
     }
 
     fn cells(&self, source: &Blocks) -> Option<&(Aabb, [f32; CELLS])> {
@@ -96,6 +93,11 @@ pub(in crate::fast) fn measure_nodes(source: &Blocks, block: &Arc<Compiled>, rou
             let mut tracer = [Tracer::of_lines(source, Arc::clone(block), rounds - 1, width)];
             let cells = cells(&mut tracer, Some(Child::node(node)), &bounds, lines);
             covers[node] = Cover { cells, apart: 0.0 };
+        }
+    }
+    for (child, outline) in block.outlines() {
+        if let Err(node) = child.get() {
+            outline.narrow(&block.node_bounds(0, node), &mut covers[node]);
         }
     }
     covers.into()

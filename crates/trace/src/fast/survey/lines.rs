@@ -1,8 +1,9 @@
 //! Lines through boxes, all being as likely.
 
-use csg_graph_bounds::{Aabb, Slabs};
+use csg_graph_bounds::Aabb;
 use glam::DVec3;
 
+use super::outline::flux;
 use crate::Ray;
 use crate::fast::cover;
 use crate::fast::sample::Dice;
@@ -58,27 +59,6 @@ impl Throws {
 /// The same line from its other end: it begins a diagonal before the box, and leaves it within another.
 pub(super) fn backwards(line: &Ray, bounds: &Aabb) -> Ray {
     Ray { origin: line.at(3.0 * bounds.size().length()), direction: -line.direction }
-}
-
-/// How many of evenly spread lines in a direction go through a box, for its length.
-pub(super) fn flux(bounds: &Aabb, direction: DVec3) -> f64 {
-    let size = bounds.size();
-    DVec3::new(size.y * size.z, size.z * size.x, size.x * size.y).dot(direction.abs())
-}
-
-/// The polytope between slabs, by what is seen of its faces.
-pub(super) struct Hull([DVec3; 7]);
-
-impl Hull {
-    pub(super) fn new(slabs: &Slabs<7>) -> Self {
-        let areas = slabs.face_areas();
-        Self(std::array::from_fn(|at| 0.5 * areas[at] * Slabs::<7>::DIRECTIONS[at].normalize()))
-    }
-
-    /// How many of evenly spread lines in a direction go through it, for its length.
-    pub(super) fn flux(&self, direction: DVec3) -> f64 {
-        self.0.iter().map(|face| face.dot(direction).abs()).sum()
-    }
 }
 
 /// A direction, all being as likely.

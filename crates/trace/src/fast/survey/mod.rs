@@ -12,6 +12,7 @@ pub(super) mod demand;
 mod estimate;
 mod faces;
 mod lines;
+pub(super) mod outline;
 #[cfg(test)]
 mod tests;
 
@@ -22,7 +23,8 @@ use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
 use self::estimate::{Arrangement, Tally, shrink};
-use self::lines::{Throws, backwards, flux};
+use self::lines::{Throws, backwards};
+use self::outline::flux;
 use super::compile::{Compiled, Content};
 use super::cover::{self, CELLS, Cover, behind};
 use super::frame::{Narrow, narrow};
@@ -185,25 +187,14 @@ impl Survey<'_> {
         Some(Cover { cells, apart: root.apart })
     }
 
-    /// Lines were drawn through boxes. But where children have slabs, rays have met these when they ask for a cover: fewer
-    /// rays, of which more are stopped.
+    /// Lines were drawn through boxes, but rays have met slabs when they ask for a cover, where there are some.
     fn leave_to_slabs(&mut self) {
-        let block = self.block;
-        for node in &block.nodes {
-            let Some(slabs) = block.slabs.get(node.slabs as usize) else { continue };
-            for slot in node.slots() {
-                let cover = match node.children[slot].get() {
-                    Err(below) => Some(&mut self.found.nodes[below]),
-                    Ok(item) => self.found.items[item].as_mut(),
-                };
-                let Some(cover) = cover else { continue };
-                let (bounds, hull) = (node.bounds(slot), lines::Hull::new(&slabs.hull(node, slot)));
-                for (cell, share) in cover.cells.iter_mut().enumerate() {
-                    let [of_box, of_hull] =
-                        cover::directions_in(cell).fold([0.0; 2], |[of_box, of_hull], direction| {
-                            [of_box + flux(&bounds, direction), of_hull + hull.flux(direction)]
-                        });
-                    *share = narrow((f64::from(*share) * of_box / of_hull).min(1.0));
+        for (child, outline) in self.block.outlines() {
+            match child.get() {
+                Err(node) => outline.narrow(&self.found.bounds[node], &mut self.found.nodes[node]),
+                Ok(item) => {
+                    let bounds = &self.block.parts[item].bounds;
+                    self.found.items[item].iter_mut().for_each(|cover| outline.narrow(bounds, cover));
                 }
             }
         }
