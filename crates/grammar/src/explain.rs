@@ -3,11 +3,11 @@
 
 use std::collections::BTreeSet;
 
-use csg_graph::{EvalError, GraphError, Node, NodeId, StatesError, SymbolState};
+use csg_graph::{EvalError, GraphError, Node, NodeId, Number, StatesError, SymbolState};
 
 use crate::faults::evaluation;
 use crate::names::SEED;
-use crate::number::{Number, values};
+use crate::number::values;
 use crate::{Diagnostic, Scene, SourceMap};
 
 /// What to do about states that differ by chance.

@@ -1,8 +1,8 @@
 //! What goes wrong in an evaluation, told to the author of the file: where, with which values, and the probable cause.
 
-use csg_graph::{AttributeTerm, EvalError, Fault};
+use csg_graph::{AttributeTerm, EvalError, Fault, Number};
 
-use crate::number::{NOT_A_NUMBER, Number, values};
+use crate::number::{NOT_A_NUMBER, values};
 use crate::{Diagnostic, SourceMap, Span};
 
 /// Tells where and why an evaluation failed.

@@ -7,7 +7,9 @@ use std::borrow::Cow;
 use std::fmt;
 
 use crate::node::AttributeTerm;
-use crate::{Env, Expr, Graph, Node, NodeId, Operator, ParamId, Primitive, PrimitiveError, Transform};
+use crate::{
+    Env, Expr, Graph, Node, NodeId, Number, Operator, ParamId, Primitive, PrimitiveError, Transform,
+};
 
 /// A node together with the values of the parameters that are live there; dead parameters are blanked.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -93,7 +95,7 @@ pub struct Place {
 #[non_exhaustive]
 pub enum Fault {
     /// The selection function named no rule.
-    #[error("the selection function gives {value}, and the rules are 1 to {rules}")]
+    #[error("the selection function gives {}, and the rules are 1 to {rules}", Number(*.value))]
     NoSuchRule {
         /// What it gave.
         value: f64,
@@ -122,7 +124,7 @@ pub enum Fault {
     #[error("what is subtracted or clipped here leads on and on, and does not get smaller")]
     Bottomless,
     /// An attribute is not in its range.
-    #[error("{} is {value}, and it is {}", term.name(), Allowed(*.term))]
+    #[error("{} is {}, and it is {}", term.name(), Number(*.value), Allowed(*.term))]
     OutOfRange {
         /// The attribute.
         term: AttributeTerm,
@@ -140,7 +142,8 @@ pub(crate) struct ParamValues<'a>(pub(crate) &'a [(String, f64)]);
 impl fmt::Display for ParamValues<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, (name, value)) in self.0.iter().enumerate() {
-            write!(f, "{}{name} = {value}", if index == 0 { " where " } else { ", " })?;
+            let before = if index == 0 { " where " } else { ", " };
+            write!(f, "{before}{name} = {}", Number(*value))?;
         }
         Ok(())
     }
@@ -256,7 +259,7 @@ impl Graph {
         }
         let args = self.finite_numbers(id, node.args.iter(), env)?;
         node.kind.evaluate(&args).ok_or_else(|| {
-            let list: Vec<_> = args.iter().map(f64::to_string).collect();
+            let list: Vec<_> = args.iter().map(|value| Number(*value).to_string()).collect();
             let call = if list.is_empty() { String::new() } else { format!("({})", list.join(", ")) };
             let fault = Fault::Singular(format!("{}{call}", node.kind.name()));
             self.error(id, None, fault, &node.args.iter().collect::<Vec<_>>(), env)

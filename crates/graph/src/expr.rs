@@ -9,7 +9,7 @@
 use std::ops::{Add, Div, Mul, Neg, Rem, Sub};
 
 use crate::function::HIDDEN;
-use crate::{Binary, Env, Function, Interval, ParamId, Unary};
+use crate::{Binary, Env, Function, Interval, Number, ParamId, Unary};
 
 /// An arithmetic expression over parameters.
 ///
@@ -231,7 +231,7 @@ impl Expr {
                 if *strength < least { format!("({text})") } else { text.clone() }
             };
             let text = match op {
-                Op::Constant(value) => format!("{value}"),
+                Op::Constant(value) => Number(*value).to_string(),
                 Op::Param(param) => param_name(*param).to_owned(),
                 Op::Unary(Unary::Negate) => format!("-{}", wrapped(0, strength)),
                 Op::Unary(Unary::Not) => format!("!{}", wrapped(0, strength)),

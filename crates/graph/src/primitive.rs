@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::vocabulary::vocabulary;
-use crate::{Hull, hull::HullError};
+use crate::{Hull, Number, hull::HullError};
 
 /// A primitive solid with its measures.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,13 +82,13 @@ impl Primitive {
 #[non_exhaustive]
 pub enum PrimitiveError {
     /// The minor radius of a torus is out of range.
-    #[error("a torus needs a minor radius above 0 and at most 1, not {minor}")]
+    #[error("a torus needs a minor radius above 0 and at most 1, not {}", Number(*.minor))]
     Torus {
         /// The radius that was asked for.
         minor: f64,
     },
     /// The top radius of a frustum is out of range.
-    #[error("a frustum needs a finite top radius above 0, not {top}")]
+    #[error("a frustum needs a finite top radius above 0, not {}", Number(*.top))]
     Frustum {
         /// The radius that was asked for.
         top: f64,

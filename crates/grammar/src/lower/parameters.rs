@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use csg_graph::{Expr, ParamId};
+use csg_graph::{Expr, Number, ParamId};
 
 use super::Lowering;
 use super::chance::Sites;
 use crate::names::{PI, SEED, nearest};
-use crate::number::{NOT_A_NUMBER, Number};
+use crate::number::NOT_A_NUMBER;
 use crate::syntax::{PrefixKind, Term};
 use crate::{Diagnostic, Override, Span};
 

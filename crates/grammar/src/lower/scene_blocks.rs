@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use csg_graph::Number;
 use glam::DVec3;
 
 use super::Lowering;
 use crate::look::{Camera, Image, Integrator, Light, LightSource, Look, Sky};
 use crate::names::nearest;
-use crate::number::Number;
 use crate::syntax::{self, Assignment, ExprId, Item, SceneBlock};
 use crate::{Diagnostic, Span};
 
