@@ -119,7 +119,7 @@ impl<const N: usize> Slabs<N> {
     /// it: seen from far away along a unit vector u, ½ Σ areaᵢ · |dᵢ·u| / |dᵢ|.
     ///
     /// ```
-    /// use csg_graph_bounds::{PointSet, Slabs, Volume};
+    /// use csg_graph_bounds::Slabs;
     ///
     /// // All corners of the cube are cut off at once, where a diagonal is 1 instead of 3 on both sides.
     /// let octahedron = Slabs::<7> { min: [-1.0; 7], max: [1.0; 7] };

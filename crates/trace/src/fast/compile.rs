@@ -34,6 +34,7 @@ use super::sample::Sample;
 use super::slabs::{self, Slabs};
 use super::states::{Kind, Paint, Place, Resolved, States};
 use super::survey::demand::Class;
+use super::survey::outline::Outline;
 use super::tree::{self, Child, Node};
 use super::unions::Unions;
 
@@ -198,17 +199,19 @@ impl Compiled {
         // What an allocator adds to each piece of memory, and how many pieces there are but for gates and hulls.
         const HEADER: usize = 16;
         const PIECES: usize = 10;
-        let Self { nodes, gates, paints, symbols, .. } = self;
+        let Self { nodes, parts, gates, paints, symbols, .. } = self;
         let gate = |gate: &Gate| size_of_val(gate) + gate.state.bytes() + size_of::<Sample>() + 2 * HEADER;
         let gates = gates.iter().map(gate);
         let has_covers = nodes.first().is_some_and(|node| node.size.is_finite());
         let covers = if has_covers { size_of::<Cover>() * nodes.len() } else { 0 };
+        let outlines = parts.iter().filter(|part| part.outline.is_some()).count();
         let heap = |paint: &Paint| if paint.spilled() { size_of_val(&**paint) } else { 0 };
         let paints = paints.iter().map(|paint| size_of_val(paint) + heap(paint));
         size_of::<Self>()
             + PIECES * HEADER
             + self.bytes()
             + covers
+            + outlines * (size_of::<Outline>() + HEADER)
             + gates.sum::<usize>()
             + paints.sum::<usize>()
             + size_of_val(&**symbols)

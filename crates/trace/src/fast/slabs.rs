@@ -18,12 +18,10 @@ use super::line::{LEAST, Lines};
 use super::tree::{Node, PADDING, WIDTH};
 
 /// The diagonals of the cube. They are √3 long, and so are coordinates along them.
-pub(super) const DIAGONALS: [DVec3; 4] = [
-    DVec3::new(1.0, 1.0, 1.0),
-    DVec3::new(1.0, 1.0, -1.0),
-    DVec3::new(1.0, -1.0, 1.0),
-    DVec3::new(-1.0, 1.0, 1.0),
-];
+pub(super) const DIAGONALS: [DVec3; 4] = {
+    let [_, _, _, diagonals @ ..] = Hull::<7>::DIRECTIONS;
+    diagonals
+};
 
 /// Slabs are kept for nodes where they are narrower than the boxes by that, on the average.
 const WORTHWHILE: f64 = 0.9;
