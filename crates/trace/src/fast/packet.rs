@@ -10,6 +10,7 @@
 //! The rays of a packet need not agree in the signs of their directions, but the test of a box has near and far planes;
 //! so those that agree go together, and at each super-node, whose frame may be turned, they are sorted anew.
 
+use csg_graph::Primitive;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, f64x8, mask32x16};
 use smallvec::SmallVec;
 
@@ -211,35 +212,9 @@ impl Packet {
                 }
                 Content::Shape(shape) => {
                     inquiry.work.primitives += u64::from(lanes.count_ones());
-                    let mut t = Lanes::ZERO;
-                    let mut met = 0;
-                    for half in 0..2 {
-                        if lanes >> (half * HALF) & 0xff == 0 {
-                            continue;
-                        }
-                        let [origin, direction] = rays.rays.half(simd, half);
-                        let ray = [
-                            origin.transform_point(&item.item_from_super),
-                            direction.transform_vector(&item.item_from_super),
-                        ];
-                        let Some(span) = shapes::span(simd, &block.shapes[shape as usize], ray) else {
-                            each(lanes >> (half * HALF) & 0xff, |lane| {
-                                let lane = half * HALF + lane;
-                                let ray = transform(&rays.rays.get(lane), &item.item_from_super);
-                                let extents = crate::shapes::extents(&block.shapes[shape as usize], &ray);
-                                if let Some(first) = single::first(&extents) {
-                                    t.0[lane] = first;
-                                    met |= 1 << lane;
-                                }
-                            });
-                            continue;
-                        };
-                        let (first, valid) = shapes::first(simd, span);
-                        t.set_half(half, first);
-                        let before = bits(first.simd_le(inquiry.hits.t.half(simd, half)));
-                        met |= (valid & before) << (half * HALF);
-                    }
-                    each(met & lanes, |lane| {
+                    let at = (item, &block.shapes[shape as usize]);
+                    let (t, met) = first_of_shape(simd, &rays.rays, at, &inquiry.hits.t, lanes);
+                    each(met, |lane| {
                         inquiry.answer(lane, t.0[lane], place, || (rays.way, rays.rays.get(lane)))
                     });
                 }
@@ -294,6 +269,43 @@ impl Packet {
             self.stack.push(Open { near, child, level, falling: signs });
         }
     }
+}
+
+/// Where the rays of a set meet the shape of an item first, and which of them do so before their ends.
+#[inline(always)]
+fn first_of_shape<S: Simd>(
+    simd: S,
+    rays: &Rays,
+    (item, shape): (&Item, &Primitive),
+    end: &Lanes,
+    lanes: Mask,
+) -> (Lanes, Mask) {
+    let (mut t, mut met) = (Lanes::ZERO, 0);
+    for half in 0..2 {
+        if lanes >> (half * HALF) & 0xff == 0 {
+            continue;
+        }
+        let [origin, direction] = rays.half(simd, half);
+        let inside = [
+            origin.transform_point(&item.item_from_super),
+            direction.transform_vector(&item.item_from_super),
+        ];
+        let Some(span) = shapes::span(simd, shape, inside) else {
+            each(lanes & 0xff << (half * HALF), |lane| {
+                let inside = transform(&rays.get(lane), &item.item_from_super);
+                if let Some(first) = single::first(&crate::shapes::extents(shape, &inside)) {
+                    t.0[lane] = first;
+                    met |= 1 << lane;
+                }
+            });
+            continue;
+        };
+        let (first, valid) = shapes::first(simd, span);
+        t.set_half(half, first);
+        let before = bits(first.simd_le(end.half(simd, half)));
+        met |= (valid & before) << (half * HALF);
+    }
+    (t, met & lanes)
 }
 
 /// Puts the children of a node in some slots that rays of the set meet on the stack, the nearest last.
