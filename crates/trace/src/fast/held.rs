@@ -419,11 +419,10 @@ mod tests {
         let all = source.remembered.capacity();
         let held = Held::new(&blocks, 0);
         let mut open = vec![ROOT];
-        while let Some(number) = open.pop()
-            && *source.held.lock().unwrap() <= STEP
-        {
+        while let Some(number) = open.pop() {
             let gates = 0..index(held.block(number).gates.len());
-            open.extend(gates.filter_map(|gate| held.enter(number, gate)));
+            let is_little = |_: &u32| *source.held.lock().unwrap() <= STEP;
+            open.extend(gates.take_while(is_little).filter_map(|gate| held.enter(number, gate)));
         }
         let noted = *source.held.lock().unwrap();
         assert!(noted > STEP && noted <= held.share.bytes.get());
