@@ -215,17 +215,23 @@ proptest! {
     }
 
     #[test]
-    fn what_is_seen_of_slabs_is_what_lines_meet(body in bodies(), world_from_body in affine_maps(), along in [-1.0..1.0, -1.0..1.0, 0.1..1.0]) {
+    fn what_is_seen_of_slabs_is_what_lines_meet(
+        body in bodies(),
+        world_from_body in affine_maps(),
+        along in [-1.0..1.0, -1.0..1.0, 0.1..1.0],
+    ) {
         const SIDE: i32 = 100;
         let slabs = Slabs::<13>::from_support(moved(|d| body.support(d), world_from_body));
         let areas = slabs.face_areas();
         prop_assert!((areas.iter().sum::<f64>() / slabs.surface_area() - 1.0).abs() < 1e-12);
         let along = DVec3::from_array(along).normalize();
         let faces = areas.iter().zip(Slabs::<13>::DIRECTIONS);
-        let seen: f64 = faces.map(|(area, direction)| 0.5 * area * direction.normalize().dot(along).abs()).sum();
+        let seen: f64 =
+            faces.map(|(area, direction)| 0.5 * area * direction.normalize().dot(along).abs()).sum();
         let (u, v) = along.any_orthonormal_pair();
         let (center, reach) = (slabs.aabb().center(), 0.5 * slabs.aabb().size().length());
-        let places = (-SIDE..SIDE).flat_map(|i| (-SIDE..SIDE).map(move |j| [i, j].map(|at| (f64::from(at) + 0.5) / f64::from(SIDE))));
+        let place = |at: i32| (f64::from(at) + 0.5) / f64::from(SIDE);
+        let places = (-SIDE..SIDE).flat_map(|i| (-SIDE..SIDE).map(move |j| [place(i), place(j)]));
         let is_met = |[i, j]: &[f64; 2]| {
             let origin = center + reach * (*i * u + *j * v);
             let mut inside = [f64::NEG_INFINITY, f64::INFINITY];

@@ -175,8 +175,8 @@ impl OnDemand {
     ) -> Result<Arc<Compiled>, EvalError> {
         let block = Compiled::block(graph, bounds.as_ref(), unions, state, granularity)?.with_parts();
         // By chance there are too many blocks for their nodes to be measured, and what is not measured would stop all rays.
-        let has_node_sizes = matches!(bounds, StateBounds::Exact(_));
-        Ok(Arc::new(if has_node_sizes { block.with_outlines().with_node_sizes() } else { block }))
+        let is_listed = matches!(bounds, StateBounds::Exact(_));
+        Ok(Arc::new(if is_listed { block.with_outlines().with_node_sizes() } else { block }))
     }
 
     /// The class of a state in so many rounds, if it has one.

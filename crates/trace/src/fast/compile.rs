@@ -158,7 +158,7 @@ impl Compiled {
         state: State,
         granularity: Granularity,
     ) -> Result<Self, EvalError> {
-        // What recursion comes back to is not forgotten.
+        // Listed states are few, and rays come to the same blocks again and again.
         let has_slabs = matches!(bounds, Bounds::Exact(_));
         // The items, and the unions above them.
         let mut states = States::new(graph, unions, bounds, 2 * granularity.length);

@@ -69,7 +69,8 @@ pub(super) struct Part {
     is_similar: bool,
     /// Whether nothing stands for it, since no line has met it that measured what is small.
     pub(super) is_unseen: bool,
-    /// How many of the rays through the box are stopped: its place among the covers, if that was measured.
+    /// How many of the rays that meet the box, and its slabs if it has some, are stopped: its place among the covers, if that
+    /// was measured.
     pub(super) cover: u32,
     /// What slabs leave of the box, if it has some and is measured when rays come to it.
     pub(super) outline: Option<Box<Outline>>,

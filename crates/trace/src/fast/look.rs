@@ -87,7 +87,7 @@ impl Compiled {
         self.looks.nodes.get(node)
     }
 
-    /// How many of the rays through the box of a child of a node are stopped, if it was measured.
+    /// How many of the rays that meet the box of a child of a node, and its slabs, are stopped, if it was measured.
     pub(super) fn cover(&self, child: Child) -> Option<&Cover> {
         let number = match child.get() {
             Ok(item) => self.parts[item].cover,

@@ -132,7 +132,7 @@ impl Packet {
         let slot = entry.slot.zip(entry.child.get().err().map(|node| &block.nodes[node]));
         // The beam has met the box. Where each ray does is asked only to judge how small it is there.
         let child = slot.filter(|_| !DETAIL).map_or(entry.child, |(slot, node)| node.children[slot]);
-        self.enter::<S, DETAIL>(simd, inquiry, (ball, child), 0, lanes);
+        self.enter(simd, inquiry, (ball, child), 0, lanes);
         if let Some((slot, node)) = slot.filter(|_| DETAIL) {
             let rays = &self.levels[0];
             let opened: SmallVec<[Open; 1]> = self.stack.drain(..).collect();
@@ -194,7 +194,7 @@ impl Packet {
                     let Some(child) = below.root else { continue };
                     let way = inquiry.hits.enter(place, block, number);
                     self.descend(simd, item, level as usize, number, way);
-                    self.enter::<S, DETAIL>(simd, inquiry, (below, child), level + 1, lanes);
+                    self.enter(simd, inquiry, (below, child), level + 1, lanes);
                 }
                 Content::Solid(solid) => {
                     let Inquiry { held, ask, hits, solids, .. } = inquiry;
@@ -237,7 +237,7 @@ impl Packet {
 
     /// Opens a super-node, or a part of one, for rays that are in its frame already.
     #[inline(always)]
-    fn enter<S: Simd, const DETAIL: bool>(
+    fn enter<S: Simd>(
         &mut self,
         simd: S,
         Inquiry { held, hits, .. }: &Inquiry<'_>,

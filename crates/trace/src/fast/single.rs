@@ -68,7 +68,7 @@ impl Single {
                         nearest(&mut self.stack, node, near, met, level)
                     }
                     Ok(at) => {
-                        let below = self.ask::<S, DETAIL>(simd, inquiry, block, lane, level, at);
+                        let below = self.ask(simd, inquiry, block, lane, level, at);
                         below.map(|child| Open { near: f32::NEG_INFINITY, child, level: level + 1 })
                     }
                 };
@@ -84,7 +84,7 @@ impl Single {
 
     /// Asks an item about the ray. What is below a super-node is to be looked at next, at the next level.
     #[inline(always)]
-    fn ask<S: Simd, const DETAIL: bool>(
+    fn ask<S: Simd>(
         &mut self,
         simd: S,
         inquiry: &mut Inquiry<'_>,

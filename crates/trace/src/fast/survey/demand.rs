@@ -95,6 +95,7 @@ pub(in crate::fast) fn measure_nodes(source: &Blocks, block: &Arc<Compiled>, rou
             covers[node] = Cover { cells, apart: 0.0 };
         }
     }
+    // Of a block, only the first super-node has slabs: the others are operands.
     for (child, outline) in block.outlines() {
         if let Err(node) = child.get() {
             outline.narrow(&block.node_bounds(0, node), &mut covers[node]);

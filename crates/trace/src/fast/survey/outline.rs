@@ -1,7 +1,7 @@
 //! How many lines go through boxes, and through what slabs leave of them.
 //!
 //! Of lines that are spread evenly, all directions and places being as likely, as many go through a convex body in a direction as
-//! there is area of it to be seen: that of its faces, each by how far it is turned there.
+//! there is area of it to be seen: half of that of its faces, each by how far it is turned there, as the other half is behind.
 
 use csg_graph_bounds::{Aabb, Slabs};
 use glam::DVec3;
