@@ -7,8 +7,8 @@ mod agreement;
 use csg_graph::Graph;
 use csg_graph_bounds::{Aabb, Envelopes, Limits, exact, root_box};
 use csg_graph_trace::{
-    Accelerated, Camera, Engine, Footprint, Hit, Lens, Light, Ray, RenderError, Settings, StateBounds,
-    Tracer, World, brute, render, survey, zoom,
+    Accelerated, Camera, Engine, Footprint, Hit, Lens, Light, PACKET, Ray, RenderError, Settings,
+    StateBounds, Tracer, World, brute, render, survey, zoom,
 };
 use glam::DVec3;
 
@@ -82,6 +82,17 @@ fn dust(n: u32) -> String {
          corner = move(0.5, 0.5, 0.5) uscale(0.5) DUST"
     )
 }
+
+/// What a solid has in common with another one.
+fn meet(source: &str, other: &str) -> String {
+    source.replacen("} DUST", &format!("}} (DUST & {other})"), 1)
+}
+
+/// What holds all of everything here.
+const ALL: &str = "uscale(50) sphere";
+
+/// What cuts through the dust.
+const BLOCK: &str = "scale(0.9, 0.9, 0.7) cube";
 
 #[test]
 fn chance_is_the_same_on_demand() {
@@ -219,9 +230,12 @@ fn listed(source: &str, memory: usize) -> Accelerated {
 }
 
 /// Dust that never ends.
+fn endless_dust() -> String {
+    dust(1).replace("if(n > 0, 2, 1)", "if(n > 0, 2, 1 + (n < 0))").replace("n - 1", "n")
+}
+
 fn endless() -> Accelerated {
-    let source = dust(1).replace("if(n > 0, 2, 1)", "if(n > 0, 2, 1 + (n < 0))").replace("n - 1", "n");
-    listed(&source, 1 << 20)
+    listed(&endless_dust(), 1 << 20)
 }
 
 #[test]
@@ -261,10 +275,46 @@ fn count(fine: &Accelerated, coarse: &Accelerated, lens: &Lens) -> ([usize; 2], 
 fn what_never_ends_is_as_porous_as_what_ends_a_little_below() {
     // The box of a part of the eighth level is not half a pixel, and it is measured by the boxes of four levels more.
     let lens = lens(&Aabb::new([-1.0; 3].into(), [1.0; 3].into()));
-    let ([only_fine, only_endless], all) =
-        count(&whole(&graph(&dust(12))), &endless().with_detail(0.5), &lens);
-    let found = all + only_endless - only_fine;
-    assert!(all > 500 && found.abs_diff(all) * 8 < all, "{found} for {all}");
+    for endless in [endless(), listed(&meet(&endless_dust(), ALL), 1 << 20)] {
+        let ([only_fine, only_endless], all) =
+            count(&whole(&graph(&dust(12))), &endless.with_detail(0.5), &lens);
+        let found = all + only_endless - only_fine;
+        assert!(all > 500 && found.abs_diff(all) * 8 < all, "{found} for {all}");
+    }
+}
+
+#[test]
+fn small_parts_below_operators_are_lit_as_elsewhere() {
+    let bounds = Aabb::new([-1.0; 3].into(), [1.0; 3].into());
+    let light = |source: &str| {
+        let picture = picture(&listed(source, 1 << 20).with_detail(1.0), &bounds, 4).unwrap();
+        picture.iter().map(|byte| f64::from(*byte)).sum::<f64>()
+    };
+    let [expected, found] = [endless_dust(), meet(&endless_dust(), ALL)].map(|source| light(&source));
+    assert!((found - expected).abs() < 0.005 * expected, "{found} for {expected}");
+}
+
+#[test]
+fn small_parts_below_operators_are_the_same_alone_and_together() {
+    let graph = graph(&meet(&dust(9), BLOCK));
+    let lens = lens(&root_box(&graph, &Limits::default()).unwrap().aabb);
+    for scene in [whole(&graph), enveloped(&graph, 1 << 24)] {
+        let scene = scene.with_detail(4.0);
+        let mut tracer = scene.tracer();
+        let places: Vec<_> = centres().collect();
+        let mut hits = 0;
+        for places in places.chunks(PACKET) {
+            tracer.set_footprint(Footprint { width: 0.0, spread: lens.spread() });
+            let rays: Vec<Ray> = places.iter().map(|[x, y]| lens.ray(*x, *y)).collect();
+            let mut together = vec![None; rays.len()];
+            tracer.nearest_of(&rays, &mut together);
+            for (ray, found) in rays.iter().zip(together) {
+                assert_eq!(tracer.nearest(ray), found);
+                hits += usize::from(found.is_some());
+            }
+        }
+        assert!(hits > 500, "{hits}");
+    }
 }
 
 /// Smaller copies of a solid, without end or n levels deep, down to a primitive.
@@ -322,8 +372,9 @@ fn memory_and_threads_change_no_byte_of_what_never_ends() {
 #[test]
 fn porous_parts_stop_as_many_rays_as_they_do() {
     // Dust of ever more levels is ever thinner, and looked at from so far that hardly anything of it is looked into.
-    for n in [2, 6, 12] {
-        let graph = graph(&dust(n));
+    let sources = |n| [dust(n), meet(&dust(n), ALL), meet(&dust(n), BLOCK)].map(|source| (n, source));
+    for (n, source) in [2, 6, 12].into_iter().flat_map(sources) {
+        let graph = graph(&source);
         let lens = lens(&root_box(&graph, &Limits::default()).unwrap().aabb);
         // The last parts of 12 levels are too far below what is measured on demand, whose boxes are boxes of boxes.
         for (coarse, levels) in [(whole(&graph), 12), (enveloped(&graph, 1 << 24), 6)] {
@@ -349,26 +400,48 @@ fn crowns_by_chance_stop_as_many_rays_as_they_do() {
 }
 
 #[test]
+fn small_solids_stop_as_many_rays_as_they_do() {
+    // Lenses that stand slantwise in their boxes.
+    let lens_of_balls = "rotx(40) rotz(30) move(0, 0, 1) (move(0.8, 0, 0) sphere & move(-0.8, 0, 0) sphere)";
+    let source = tree(9, 3).replace("scale(0.2, 0.05, 0.5) move(0, 0, 1) sphere", lens_of_balls);
+    let graph = graph(&source);
+    let lens = lens(&root_box(&graph, &Limits::default()).unwrap().aabb);
+    let ([only_fine, only_coarse], expected) = count(&whole(&graph), &whole(&graph).with_detail(4.0), &lens);
+    let found = expected + only_coarse - only_fine;
+    assert!(expected > 500 && found.abs_diff(expected) * 10 < expected, "{found} for {expected}");
+}
+
+#[test]
+fn faces_that_coincide_below_operators_may_be_of_small_parts() {
+    // The box of a leaf juts out of those around it. Where the two cubes coincide, all operands are asked for the face.
+    let lens = lens(&root_box(&graph(&tree(9, 3)), &Limits::default()).unwrap().aabb);
+    let graph = graph(&tree(9, 3).replacen("} TREE", "} (uscale(9) cube \\ (uscale(9) cube \\ TREE))", 1));
+    for scene in [whole(&graph), enveloped(&graph, 1 << 24)] {
+        let scene = scene.with_detail(8.0);
+        let mut tracer = scene.tracer();
+        let hits = centres().filter_map(|place| look(&mut tracer, &lens, place));
+        let leaves = hits.filter(|hit| hit.surface.pigment.y > hit.surface.pigment.x).count();
+        assert!(leaves > 100, "{leaves}");
+    }
+}
+
+#[test]
 fn small_parts_cut_nothing_off() {
-    // Of the block, all is left that the dust leaves; of the meet, all that it has.
-    for operator in ['\\', '&'] {
-        let source =
-            dust(7).replacen("} DUST", &format!("}} (scale(0.9, 0.9, 0.7) cube {operator} DUST)"), 1);
-        let graph = graph(&source);
-        let lens = lens(&root_box(&graph, &Limits::default()).unwrap().aabb);
-        let fine = whole(&graph);
-        for scene in [whole(&graph), enveloped(&graph, 1 << 24)] {
-            let scene = scene.with_detail(8.0);
-            let (mut fine, mut coarse) = (fine.tracer(), scene.tracer());
-            let mut earlier = 0;
-            for place in centres() {
-                let Some(expected) = fine.nearest(&lens.ray(place[0], place[1])) else { continue };
-                let found = look(&mut coarse, &lens, place).expect("what is there is seen");
-                assert!(found.t <= expected.t * (1.0 + 1e-9), "{operator} {place:?}");
-                earlier += usize::from(found.t < expected.t * (1.0 - 1e-6));
-            }
-            assert!(earlier > 10, "{operator} {earlier}");
+    // Of the block, all is left that the dust leaves.
+    let graph = graph(&dust(7).replacen("} DUST", &format!("}} ({BLOCK} \\ DUST)"), 1));
+    let lens = lens(&root_box(&graph, &Limits::default()).unwrap().aabb);
+    let fine = whole(&graph);
+    for scene in [whole(&graph), enveloped(&graph, 1 << 24)] {
+        let scene = scene.with_detail(8.0);
+        let (mut fine, mut coarse) = (fine.tracer(), scene.tracer());
+        let mut earlier = 0;
+        for place in centres() {
+            let Some(expected) = fine.nearest(&lens.ray(place[0], place[1])) else { continue };
+            let found = look(&mut coarse, &lens, place).expect("what is there is seen");
+            assert!(found.t <= expected.t * (1.0 + 1e-9), "{place:?}");
+            earlier += usize::from(found.t < expected.t * (1.0 - 1e-6));
         }
+        assert!(earlier > 10, "{earlier}");
     }
 }
 

@@ -15,6 +15,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use csg_graph::{EvalError, Graph, Node, State};
 use csg_graph_bounds::Aabb;
+use fearless_simd::Level;
 use quick_cache::Weighter;
 use quick_cache::sync::Cache;
 use rustc_hash::FxHashMap;
@@ -97,6 +98,14 @@ pub(super) struct OnDemand {
 }
 
 impl Blocks {
+    /// Measures what is seen of small parts where all is compiled, and keeps it.
+    pub(super) fn with_looks(self, level: Level) -> Self {
+        let found = self.survey(level);
+        let Self::Whole(whole) = self else { return self };
+        let whole = Arc::into_inner(whole).expect("there is no tracer yet");
+        Self::Whole(Arc::new(whole.with_looks(found)))
+    }
+
     pub(super) fn on_demand(&self) -> Option<&OnDemand> {
         match self {
             Self::Whole(_) => None,

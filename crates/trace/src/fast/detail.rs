@@ -12,7 +12,8 @@
 //!
 //! It is measured how many rays a part stops: [before the first ray](super::survey) of what is compiled at once, and of what is
 //! compiled on demand, [when one comes to it](super::survey::demand). A ray goes through what it meets of such parts until they
-//! cover more than some number by chance that it has: so they are as light as they are.
+//! cover more than some number by chance that it has: so they are as light as they are. [Operators](super::solid) ask in any
+//! order, and for each part again and again. Below them, each stops a ray or not by a number that the two of them have.
 
 use csg_graph_bounds::Aabb;
 use glam::{DVec3, Mat3, Mat3A, Vec3, Vec3A};
@@ -20,10 +21,12 @@ use glam::{DVec3, Mat3, Mat3A, Vec3, Vec3A};
 use super::compile::{Compiled, Content, Item, SuperNode, index};
 use super::cover::behind;
 use super::frame::narrow;
+use super::held::Held;
 use super::hits::Place;
 use super::lanes::LANES;
 use super::sample::Dice;
-use super::survey::outline::Outline;
+use super::survey::outline::{Outline, flux};
+use super::tree::Child;
 use crate::Ray;
 use crate::shapes::Extents;
 
@@ -94,6 +97,12 @@ impl Part {
             cover: u32::MAX,
             outline: None,
         }
+    }
+
+    /// The share of the rays through its box that meet what slabs leave of it.
+    fn outlined(&self, direction: DVec3) -> f32 {
+        let share = |outline: &Outline| narrow(outline.flux(direction) / flux(&self.bounds, direction));
+        self.outline.as_deref().map_or(1.0, share)
     }
 }
 
@@ -221,9 +230,22 @@ impl Detail {
         *left < *patience
     }
 
-    /// Where a ray in a super-node is in the box of an item, but for what it leaves there.
-    pub(super) fn extents(&self, block: &Compiled, place: Place, ray: &Ray) -> Extents {
-        extents(&block.parts[place.item as usize].bounds, ray)
+    /// Where a ray in the super-node of an operand is in the box of a small item, if what is in there stops it. What stops
+    /// rays side by side with others does so in any case: what it lets through, one of these would stop.
+    pub(super) fn extents(&self, held: &Held<'_>, number: u32, place: Place, ray: &Ray) -> Extents {
+        let part = &held.block(number).parts[place.item as usize];
+        let extents = extents(&part.bounds, ray);
+        let [[near, _], _] = extents;
+        if extents == Extents::default() || self.leaves(place.way, ray, near.max(0.0)) {
+            return Extents::default();
+        }
+        let stops = held.cover(number, Child::item(place.item as usize), ray.direction).is_none_or(
+            |[cover, apart]| {
+                let cover = cover * part.outlined(ray.direction);
+                narrow(Dice::of_part(ray, place.item).throw()) < cover + apart.max(0.0) * (1.0 - cover)
+            },
+        );
+        if stops { extents } else { Extents::default() }
     }
 
     /// Whether what a ray on a way meets at t is the place that it leaves.

@@ -244,10 +244,11 @@ impl Faces {
         t: f64,
     ) -> Option<Crossing> {
         while let Some(Holder { place, ray }) = self.points.next(simd, held, hits, union.mark, t) {
-            let block = held.block(hits.block(place.way));
+            let number = hits.block(place.way);
+            let block = held.block(number);
             if place.is_small {
                 let detail = hits.detail.as_ref().filter(|_| !self.is_cut());
-                if let Some(extents) = detail.map(|detail| detail.extents(block, place, &ray)) {
+                if let Some(extents) = detail.map(|detail| detail.extents(held, number, place, &ray)) {
                     union.take(Crossing::new(&extents, t, place), hits);
                 }
                 continue;

@@ -301,8 +301,18 @@ impl<'a> Held<'a> {
         }
     }
 
-    /// What share of the rays in a direction a small child of a super-node stops. If nobody can say, it stops all.
-    pub(super) fn cover(&self, number: u32, child: Child, direction: DVec3) -> Option<f32> {
+    /// What share of the rays in a direction a small child of a super-node stops, and how with others. If nobody can say, it
+    /// stops all.
+    #[inline(always)]
+    pub(super) fn cover(&self, number: u32, child: Child, direction: DVec3) -> Option<[f32; 2]> {
+        match self.block(number).cover(child) {
+            Some(cover) => Some([cover.along(direction), cover.apart]),
+            None => self.cover_on_demand(number, child, direction).map(|share| [share, 0.0]),
+        }
+    }
+
+    /// The share of what is measured when a ray comes to it.
+    fn cover_on_demand(&self, number: u32, child: Child, direction: DVec3) -> Option<f32> {
         let source = self.source.on_demand().filter(|_| self.rounds > 0)?;
         let block = self.block(number);
         let item = match child.get() {

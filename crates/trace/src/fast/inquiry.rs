@@ -58,23 +58,13 @@ impl Inquiry<'_> {
 
     /// Lets a ray in a super-node meet the box of a child at t, if what is in there stops it.
     #[inline(never)]
-    pub(super) fn meet_small(
-        &mut self,
-        block: &Compiled,
-        lane: usize,
-        (way, child): (u32, Child),
-        ray: &Ray,
-        t: f64,
-    ) {
+    pub(super) fn meet_small(&mut self, lane: usize, (way, child): (u32, Child), ray: &Ray, t: f64) {
         let number = self.hits.block(way);
         let Some(detail) = &mut self.hits.detail else { return };
         if detail.leaves(way, ray, t) {
             return;
         }
-        let cover = match block.cover(child) {
-            Some(cover) => Some([cover.along(ray.direction), cover.apart]),
-            None => self.held.cover(number, child, ray.direction).map(|cover| [cover, 0.0]),
-        };
+        let cover = self.held.cover(number, child, ray.direction);
         if cover.is_none_or(|[cover, apart]| detail.stops(lane, ray, cover, apart)) {
             self.answer(lane, t, Place::box_of(way, child), || (way, *ray));
         }

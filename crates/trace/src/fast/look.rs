@@ -108,8 +108,7 @@ impl Compiled {
                 index(covers.len() - 1)
             })
         };
-        // What no line has met is looked into, as far as there are digits. Through what is below operators, no lines were
-        // drawn.
+        // What no line has met is looked into, as far as there are digits.
         let is_unseen = |node: usize| bounds[node].is_bounded() && !looks[node].is_seen();
         for (at, cover) in items.into_iter().enumerate() {
             let is_unseen = match self.items[at].content {
@@ -140,17 +139,23 @@ impl Compiled {
     pub(super) fn upwards(&self) -> Vec<u32> {
         let mut is_open = vec![false; self.supers.len()];
         let mut order = Vec::new();
-        let mut open = vec![(0, self.leads_to(0))];
-        while let Some((number, below)) = open.last_mut() {
-            match below.pop() {
-                Some(next) if is_open[next as usize] => {}
-                Some(next) => {
-                    is_open[next as usize] = true;
-                    open.push((next, self.leads_to(next)));
-                }
-                None => {
-                    order.push(*number);
-                    open.pop();
+        let mut open = Vec::new();
+        // Those of operands are led to by no item.
+        for first in 0..index(self.supers.len()) {
+            if !std::mem::replace(&mut is_open[first as usize], true) {
+                open.push((first, self.leads_to(first)));
+            }
+            while let Some((number, below)) = open.last_mut() {
+                match below.pop() {
+                    Some(next) if is_open[next as usize] => {}
+                    Some(next) => {
+                        is_open[next as usize] = true;
+                        open.push((next, self.leads_to(next)));
+                    }
+                    None => {
+                        order.push(*number);
+                        open.pop();
+                    }
                 }
             }
         }

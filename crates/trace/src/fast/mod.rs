@@ -140,9 +140,8 @@ impl Accelerated {
     pub fn with_detail(self, pixels: f64) -> Self {
         let blocks = match self.blocks {
             Blocks::Whole(whole) if pixels > 0.0 => {
-                let whole = Arc::into_inner(whole).expect("there is no tracer yet").with_parts();
-                let found = whole.survey(self.level);
-                Blocks::Whole(Arc::new(whole.with_looks(found)))
+                let whole = Arc::into_inner(whole).expect("there is no tracer yet");
+                Blocks::Whole(Arc::new(whole.with_parts().with_outlines())).with_looks(self.level)
             }
             Blocks::OnDemand(source) => Blocks::OnDemand(Box::new(source.for_rays(pixels <= 0.0))),
             blocks @ Blocks::Whole(_) => blocks,

@@ -161,7 +161,7 @@ impl Packet {
                     let at = (rays.way, open.child);
                     each(lanes, |lane| {
                         let t = rays.t(lane, open.near.0[lane]);
-                        inquiry.meet_small(block, lane, at, &rays.rays.get(lane), t);
+                        inquiry.meet_small(lane, at, &rays.rays.get(lane), t);
                     });
                     continue;
                 }

@@ -57,6 +57,14 @@ impl Dice {
         dice
     }
 
+    /// Of a ray and an item of the super-node that it is in.
+    pub(super) fn of_part(ray: &Ray, item: u32) -> Self {
+        let mut dice = Self::of(ray);
+        dice.0 ^= u64::from(item);
+        dice.throw();
+        dice
+    }
+
     /// A number from 0 to 1 (Steele and others' splitmix \[STEE14\]).
     pub(crate) fn throw(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);

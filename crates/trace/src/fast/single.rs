@@ -58,7 +58,7 @@ impl Single {
                 let t = narrow.t(open.near);
                 let next = match open.child.get() {
                     _ if DETAIL && inquiry.is_small(block, narrow.way, open.child, t) => {
-                        inquiry.meet_small(block, lane, (narrow.way, open.child), &narrow.ray, t);
+                        inquiry.meet_small(lane, (narrow.way, open.child), &narrow.ray, t);
                         None
                     }
                     Err(node) => {

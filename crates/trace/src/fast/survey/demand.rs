@@ -17,7 +17,7 @@ use glam::{DMat3, DVec3};
 use super::estimate::{Tally, shrink};
 use super::lines::Throws;
 use super::outline::flux;
-use super::{ALL_LINES, FEW_LINES, LINES_BELOW, STRIDE};
+use super::{ALL_LINES, FEW_LINES, LINES_BELOW, SHARE, STRIDE};
 use crate::fast::Tracer;
 use crate::fast::blocks::Blocks;
 use crate::fast::compile::Compiled;
@@ -25,9 +25,6 @@ use crate::fast::cover::{CELLS, Cover};
 use crate::fast::frame::narrow;
 use crate::fast::sample::Dice;
 use crate::fast::tree::Child;
-
-/// Lines are traced down to parts of that share of the size of what is measured, or less.
-const SHARE: f64 = 0.1;
 
 /// Lines through the box of a state in each direction: they go down much farther than those of what is measured ahead.
 const LINES: usize = 48;

@@ -1,7 +1,8 @@
 //! What a few lines tell of many.
 
-use super::Meeting;
+use super::{FEW_LINES, Meeting};
 use crate::fast::cover::{CELLS, behind};
+use crate::fast::frame::narrow;
 
 /// What lines in one direction have met, by what they count.
 #[derive(Clone, Copy, Debug, Default)]
@@ -39,6 +40,19 @@ impl Tally {
         let variance = (self.squares / self.weight - self.mean() * self.mean()).max(0.0);
         variance * self.squared_weight / (self.weight * self.weight)
     }
+}
+
+/// The covers in all directions, of what so many lines have met together: the same in all if there are few.
+pub(super) fn shares(
+    tallies: &[Tally; CELLS],
+    lines: usize,
+    depths: impl FnOnce() -> [f64; CELLS],
+) -> [f32; CELLS] {
+    if lines < FEW_LINES * CELLS {
+        let all = tallies.iter().copied().fold(Tally::default(), Tally::with);
+        return [narrow(all.mean()); CELLS];
+    }
+    shrink(tallies, &depths()).map(narrow)
 }
 
 /// The covers in all directions, of what a few lines in each have met, and of what the parts cover there.

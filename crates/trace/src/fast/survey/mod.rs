@@ -13,6 +13,7 @@ mod estimate;
 mod faces;
 mod lines;
 pub(super) mod outline;
+mod solids;
 #[cfg(test)]
 mod tests;
 
@@ -22,10 +23,12 @@ use fearless_simd::{Level, Simd, dispatch};
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
-use self::estimate::{Arrangement, Tally, shrink};
+use self::estimate::{Arrangement, Tally, shares};
 use self::lines::{Throws, backwards};
 use self::outline::flux;
-use super::compile::{Compiled, Content};
+use self::solids::Tracing;
+use super::blocks::Blocks;
+use super::compile::{Compiled, Content, Item};
 use super::cover::{self, CELLS, Cover, behind};
 use super::frame::{Narrow, narrow};
 use super::hits::{ROOT, START};
@@ -51,6 +54,9 @@ const ALL_LINES: usize = 1 << 18;
 
 /// Coprime with the number of cells.
 const STRIDE: usize = 10;
+
+/// Lines that are traced like rays come down to parts of that share of the size of what is measured, or less.
+const SHARE: f64 = 0.1;
 
 /// The most super-nodes that a line is followed through. Of others it goes by what was measured.
 const ENTERED: usize = 64;
@@ -96,8 +102,10 @@ type Meetings = SmallVec<[Meeting; WIDTH]>;
 struct Survey<'b> {
     block: &'b Compiled,
     level: Level,
-    /// The most lines through the box of a super-node, and of another node.
-    lines: [usize; 2],
+    /// The most lines through the box of a super-node, of another node, and of a solid.
+    lines: [usize; 3],
+    /// Traces those through solids.
+    tracing: Tracing<'b>,
     /// What is known so far.
     found: Surveyed,
     numbers: FxHashMap<Vec<(AttributeTerm, u64)>, u32>,
@@ -108,23 +116,27 @@ struct Survey<'b> {
     parts: Meetings,
 }
 
-impl Compiled {
-    /// Measures what is seen of all nodes and items.
+impl Blocks {
+    /// Measures what is seen of all nodes and items of a graph that is compiled as a whole.
     pub(super) fn survey(&self, level: Level) -> Surveyed {
+        let Self::Whole(block) = self else { unreachable!("nobody can list what is compiled on demand") };
         let most = |boxes: usize| (ALL_LINES / boxes.max(1)).max(2);
+        let is_solid = |item: &&Item| matches!(item.content, Content::Solid(_));
         let mut survey = Survey {
-            block: self,
+            block,
             level,
+            tracing: Tracing::new(self, level),
             // What is above a super-node goes by what was measured of it, however many nodes there are below.
             lines: [
-                most(self.supers.len()).min(CELLS * LINES),
-                most(self.nodes.len()).min(CELLS * LINES_BELOW),
+                most(block.supers.len()).min(CELLS * LINES),
+                most(block.nodes.len()).min(CELLS * LINES_BELOW),
+                most(block.items.iter().filter(is_solid).count()).min(CELLS * solids::LINES),
             ],
             found: Surveyed {
-                bounds: vec![Aabb::ALL; self.nodes.len()],
-                looks: vec![Look::default(); self.nodes.len()],
-                nodes: vec![Cover::ALL; self.nodes.len()],
-                items: vec![Some(Cover::ALL); self.items.len()],
+                bounds: vec![Aabb::ALL; block.nodes.len()],
+                looks: vec![Look::default(); block.nodes.len()],
+                nodes: vec![Cover::ALL; block.nodes.len()],
+                items: vec![Some(Cover::ALL); block.items.len()],
                 paints: Vec::new(),
             },
             numbers: FxHashMap::default(),
@@ -132,7 +144,7 @@ impl Compiled {
             frames: Vec::new(),
             parts: Meetings::new(),
         };
-        self.upwards().into_iter().for_each(|number| survey.measure(number));
+        block.upwards().into_iter().for_each(|number| survey.measure(number));
         survey.leave_to_slabs();
         survey.found
     }
@@ -163,13 +175,14 @@ impl Survey<'_> {
     /// The cover of an item, unless it is a primitive: what is seen of the root of its super-node is the same through
     /// another box. How it stops lines together with its siblings is not known yet; as recursion is alike from level to
     /// level, what its own parts do is a guess at it.
-    fn cover_of_item(&self, at: usize) -> Option<Cover> {
+    fn cover_of_item(&mut self, at: usize) -> Option<Cover> {
         let block = self.block;
         let item = &block.items[at];
         let number = match item.content {
             Content::Super(number) => number,
             Content::Shape(_) => return None,
-            Content::Solid(_) | Content::Gate(_) => return Some(Cover::ALL),
+            Content::Solid(_) => return self.tracing.cover(block, at, self.lines[2]),
+            Content::Gate(_) => unreachable!("all of the graph is there"),
         };
         let Some(root) = block.supers[number as usize].root else { return Some(Cover::NONE) };
         let (inner, root) = self.measured(root);
@@ -249,12 +262,7 @@ impl Survey<'_> {
                 seen.extend(self.see_first(ball, node, &met, &line, &mut dice));
             }
         }
-        let cells = if lines < FEW_LINES * CELLS {
-            let all = tallies.into_iter().fold(Tally::default(), Tally::with);
-            [narrow(all.mean()); CELLS]
-        } else {
-            shrink(&tallies, &self.depths(node, &bounds)).map(narrow)
-        };
+        let cells = shares(&tallies, lines, || self.depths(node, &bounds));
         self.found.nodes[node] = Cover { cells, apart: 0.0 };
         self.found.looks[node] = Look::new(seen);
     }

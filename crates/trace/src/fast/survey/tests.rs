@@ -1,5 +1,7 @@
 //! What is measured, and what is found by looking into everything.
 
+use std::sync::Arc;
+
 use csg_graph::{Expr, Graph, GraphBuilder, NodeId, Operator, PrimitiveKind, TransformKind};
 use csg_graph_bounds::{Limits, exact};
 use glam::DVec3;
@@ -45,7 +47,8 @@ const TETRAHEDRON: [[f64; 3]; 4] = [[0.5, 0.5, 0.5], [0.5, -0.5, -0.5], [-0.5, 0
 fn survey(graph: &Graph, budget: usize) -> (Surveyed, usize) {
     let boxes = exact(graph, &Limits::default()).unwrap();
     let whole = Compiled::whole(graph, Bounds::Exact(&boxes), budget).unwrap().with_parts();
-    (whole.survey(Level::new()), whole.root_node(0).unwrap())
+    let root = whole.root_node(0).unwrap();
+    (Blocks::Whole(Arc::new(whole)).survey(Level::new()), root)
 }
 
 /// What is measured of the root of a graph in each direction, and what rays that look into everything find there.
@@ -112,8 +115,8 @@ fn what_hardly_any_line_meets_stops_hardly_any() {
 fn covers_are_of_rays_that_meet_slabs() {
     let graph = fractal(4.0, PrimitiveKind::Sphere, &TETRAHEDRON);
     let boxes = exact(&graph, &Limits::default()).unwrap();
-    let whole = Compiled::whole(&graph, Bounds::Exact(&boxes), BUDGET).unwrap().with_parts();
-    let found = whole.survey(Level::new());
+    let whole = Arc::new(Compiled::whole(&graph, Bounds::Exact(&boxes), BUDGET).unwrap().with_parts());
+    let found = Blocks::Whole(Arc::clone(&whole)).survey(Level::new());
     let scene = Accelerated::new(&graph, &boxes, BUDGET).unwrap();
     let (mut tracer, mut dice) = (scene.tracer(), Dice::at(DVec3::ONE));
     let [mut lines, mut come, mut covered, mut stopped] = [0.0; 4];
