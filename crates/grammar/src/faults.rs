@@ -22,6 +22,9 @@ pub(crate) fn evaluation(sources: &SourceMap, error: &EvalError) -> Diagnostic {
         fault @ Fault::Slow => at.error(fault.to_string(), "still not as small as a pixel").help(
             "scale each part by less, as `uscale(0.9)`, or count its levels with a parameter and end it by a rule",
         ),
+        fault @ Fault::Crowded => at.error(fault.to_string(), "one of the parts").help(
+            "each level of copies that overlap doubles what a ray meets: make them smaller, or move them apart",
+        ),
         fault @ Fault::Bottomless => at.error(fault.to_string(), "has itself for an operand").help(
             "it is looked into until it is too small to be seen: scale it by less than 1, or end it by a rule",
         ),

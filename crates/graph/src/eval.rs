@@ -123,6 +123,9 @@ pub enum Fault {
     /// Operators have operators for operands, and these again, for longer than anything that shrinks would.
     #[error("what is subtracted or clipped here leads on and on, and does not get smaller")]
     Bottomless,
+    /// So many parts of parts lie in each other that a ray cannot come to all of them.
+    #[error("more parts of parts lie in each other here than a ray can come to")]
+    Crowded,
     /// An attribute is not in its range.
     #[error("{} is {}, and it is {}", term.name(), Number(*.value), Allowed(*.term))]
     OutOfRange {

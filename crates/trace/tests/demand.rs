@@ -558,6 +558,25 @@ fn recursion_that_hardly_shrinks_is_an_error() {
 
 /// Where chance decides, nobody has shown beforehand that what is subtracted shrinks.
 #[test]
+fn too_many_parts_that_lie_in_each_other_are_an_error() {
+    let copies =
+        "move(0.3, 0.2, 0.1) uscale(0.95) A | rotz(50) move(-0.3, 0, 0) uscale(0.95) A | uscale(0.1) cube";
+    let below_operator = "uscale(2) sphere \\ A";
+    let levels = format!("A if(n > 0, 2, 1) 1: A -> cube 2: A -> {{n = n - 1}} ({copies})");
+    let finite = graph(&format!("{{ n = 60; }} {below_operator}\n{levels}"));
+    let bounds = root_box(&finite, &Limits::default()).unwrap().aabb;
+    let scenes = [
+        whole(&finite),
+        listed(&format!("{{}} {below_operator}\nA -> {copies}"), 1 << 20).with_detail(8.0),
+        listed(&format!("{{}} A\nA -> {}", copies.replace("0.95", "0.9999")), 1 << 20).with_detail(0.1),
+    ];
+    for scene in scenes {
+        let error = picture(&scene, &bounds, 1).unwrap_err();
+        assert!(error.to_string().contains("lie in each other"), "{error}");
+    }
+}
+
+#[test]
 fn operators_that_lead_on_and_on_by_chance_are_an_error() {
     let graph = graph("{} A\nA -> sphere \\ rotz(rand(0, 90)) A");
     let bounds = Aabb::new(DVec3::NEG_ONE, DVec3::ONE);

@@ -147,6 +147,18 @@ fn recursion_that_hardly_shrinks_is_an_error() {
 }
 
 #[test]
+fn too_many_parts_that_lie_in_each_other_are_an_error() {
+    let folder = folder();
+    let path = folder.path().join("heap.pcsg");
+    let copies =
+        "move(0.3, 0.2, 0.1) uscale(0.95) A | rotz(50) move(-0.3, 0, 0) uscale(0.95) A | uscale(0.1) cube";
+    fs::write(path, format!("{{}} uscale(2) sphere \\ A\nA -> {copies}")).expect("it can be written");
+    let (code, _, err, _) = run_in(folder.path(), &["render", "heap.pcsg", "-o", "a.png", "--size", "16x16"]);
+    assert!(code == 1 && err.contains("lie in each other") && err.contains("heap.pcsg:2:6"), "{err}");
+    assert!(err.contains("one of the parts") && !folder.path().join("a.png").exists(), "{err}");
+}
+
+#[test]
 fn recursion_to_nothing_is_an_error() {
     let folder = folder();
     // (rules, the line of the symbol that leads to nothing)

@@ -75,7 +75,7 @@ const LOST: usize = 8;
 #[derive(Debug)]
 pub(super) enum Blocks {
     /// All of it.
-    Whole(Arc<Compiled>),
+    Whole { graph: Graph, block: Arc<Compiled> },
     /// What rays have come to.
     OnDemand(Box<OnDemand>),
 }
@@ -101,14 +101,26 @@ impl Blocks {
     /// Measures what is seen of small parts where all is compiled, and keeps it.
     pub(super) fn with_looks(self, level: Level) -> Self {
         let found = self.survey(level);
-        let Self::Whole(whole) = self else { return self };
-        let whole = Arc::into_inner(whole).expect("there is no tracer yet");
-        Self::Whole(Arc::new(whole.with_looks(found)))
+        self.map_whole(|whole| whole.with_looks(found))
+    }
+
+    /// The same with something else made of all that is compiled, if it is.
+    pub(super) fn map_whole(self, make: impl FnOnce(Compiled) -> Compiled) -> Self {
+        let Self::Whole { graph, block } = self else { return self };
+        let block = Arc::into_inner(block).expect("there is no tracer yet");
+        Self::Whole { graph, block: Arc::new(make(block)) }
+    }
+
+    pub(super) fn graph(&self) -> &Graph {
+        match self {
+            Self::Whole { graph, .. } => graph,
+            Self::OnDemand(source) => &source.graph,
+        }
     }
 
     pub(super) fn on_demand(&self) -> Option<&OnDemand> {
         match self {
-            Self::Whole(_) => None,
+            Self::Whole { .. } => None,
             Self::OnDemand(source) => Some(source),
         }
     }
@@ -117,8 +129,8 @@ impl Blocks {
     /// meet the boxes of all or none of them, and unfold what is below.
     pub(super) fn finest(&self) -> Footprint {
         let (root, share) = match self {
-            Self::Whole(whole) if !whole.is_too_fine => return Footprint::LINE,
-            Self::Whole(whole) => (whole, Accelerated::FINEST),
+            Self::Whole { block, .. } if !block.is_too_fine => return Footprint::LINE,
+            Self::Whole { block, .. } => (block, Accelerated::FINEST),
             Self::OnDemand(source) => (&source.root, FINEST_ON_DEMAND),
         };
         Footprint { width: share * root.supers[0].radius, spread: share }
@@ -128,7 +140,7 @@ impl Blocks {
     /// below; for what never ends, more would only make it thinner.
     pub(super) fn rounds(&self) -> u8 {
         match self {
-            Self::Whole(_) => 0,
+            Self::Whole { .. } => 0,
             Self::OnDemand(source) => match source.bounds {
                 StateBounds::Exact(_) => 1,
                 StateBounds::Envelopes(_) => 2,

@@ -189,6 +189,16 @@ impl Detail {
         self.ways.extend_from_slice(stretches);
     }
 
+    /// Puts what is known of a way where another one was.
+    pub(super) fn move_way(&mut self, from: u32, to: usize) {
+        self.ways[to] = self.ways[from as usize];
+    }
+
+    /// Forgets the ways from one on.
+    pub(super) fn forget(&mut self, first: usize) {
+        self.ways.truncate(first);
+    }
+
     /// Goes on from a way into an item. Not inlined, so that it is not in the way of rays without detail.
     #[inline(never)]
     pub(super) fn enter(&mut self, above: u32, part: &Part) {

@@ -97,10 +97,13 @@ const ALONE: usize = 1 << 20;
 const LONGEST: u32 = 1 << 16;
 const DEEP: u32 = 1 << 10;
 
+/// The most bytes of what the rays of a packet remember of where they came to, and of what they keep for later in operands.
+const KEPT: usize = 1 << 27;
+
 /// How many questions below operators may wait for each other at first: what is listed ends.
 fn deepest(source: &Blocks) -> usize {
     match source {
-        Blocks::Whole(_) => usize::MAX,
+        Blocks::Whole { .. } => usize::MAX,
         Blocks::OnDemand(_) => 1 << 13,
     }
 }
@@ -108,7 +111,7 @@ fn deepest(source: &Blocks) -> usize {
 impl<'a> Held<'a> {
     pub(super) fn new(source: &'a Blocks, rounds: u8) -> Self {
         let root = match source {
-            Blocks::Whole(whole) => Arc::clone(whole),
+            Blocks::Whole { block, .. } => Arc::clone(block),
             Blocks::OnDemand(source) => Arc::clone(&source.root),
         };
         Self::at(source, root, rounds, None)
@@ -149,7 +152,10 @@ impl<'a> Held<'a> {
 
     /// Begins a question. Lets go of what is held if it is too much, and says so: numbers are void then.
     pub(super) fn renew(&mut self) -> bool {
-        let Blocks::OnDemand(source) = self.source else { return false };
+        let Blocks::OnDemand(source) = self.source else {
+            self.deepest.set(usize::MAX);
+            return false;
+        };
         let limit = || source.memory / HELD / rayon::current_num_threads();
         let is_too_much = self.share.bytes.get() > self.limit.unwrap_or_else(limit);
         if is_too_much {
@@ -270,6 +276,16 @@ impl<'a> Held<'a> {
         if inside >= LONGEST && self.source.on_demand().is_some() {
             self.refuse(Fault::Slow, hits, way);
         }
+        self.is_crowded(0, hits, way)
+    }
+
+    /// Whether rays that are on a way have come to too many super-nodes, with what they keep for later in operands, in bytes.
+    /// Where parts lie in each other there may be more of them on one ray than anybody can wait for.
+    #[inline(always)]
+    pub(super) fn is_crowded(&self, kept: usize, hits: &Hits, way: u32) -> bool {
+        if hits.bytes() + kept >= KEPT {
+            self.refuse(Fault::Crowded, hits, way);
+        }
         self.is_void()
     }
 
@@ -291,11 +307,10 @@ impl<'a> Held<'a> {
 
     #[cold]
     fn refuse(&self, fault: Fault, hits: &Hits, way: u32) {
-        let Blocks::OnDemand(source) = self.source else { unreachable!("all that is listed ends") };
         if self.deepest.replace(0) > 0 {
             let (above, item) = hits.step(way);
             let node = self.item(hits.block(above), item).node;
-            let at = csg_graph::Place { node, expr: None, label: source.graph.node_name(node) };
+            let at = csg_graph::Place { node, expr: None, label: self.source.graph().node_name(node) };
             let fault = EvalError { at, fault, values: Vec::new() };
             self.fault.set(Some(Box::new(fault)));
         }

@@ -5,8 +5,9 @@
 //! for the hits that remain.
 
 use glam::DVec3;
+use smallvec::SmallVec;
 
-use super::compile::Compiled;
+use super::compile::{Compiled, index};
 use super::detail::{Detail, Stretch};
 use super::lanes::{LANES, Lanes};
 use super::tree::Child;
@@ -152,9 +153,41 @@ impl Hits {
         (above, item)
     }
 
+    /// What the ways take, in bytes.
+    #[inline(always)]
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.ways) + self.detail.as_ref().map_or(0, |detail| size_of_val(detail.stretches()))
+    }
+
     /// How many ways there are.
     pub(super) fn way_count(&self) -> usize {
         self.ways.len()
+    }
+
+    /// Forgets the ways from one on, but for those to a place if there is one, which is the same place then. Nobody else must
+    /// know of them.
+    pub(super) fn forget(&mut self, first: usize, place: Option<Place>) -> Option<Place> {
+        let mut kept: SmallVec<[u32; 32]> = SmallVec::new();
+        let mut way = place.map_or(START, |place| place.way);
+        while way as usize >= first {
+            kept.push(way);
+            way = self.ways[way as usize].above;
+        }
+        // Each is behind the one that it goes on from, and none of them moves back.
+        let mut end = first;
+        for from in kept.into_iter().rev() {
+            self.ways[end] = Way { above: way, ..self.ways[from as usize] };
+            if let Some(detail) = &mut self.detail {
+                detail.move_way(from, end);
+            }
+            way = index(end);
+            end += 1;
+        }
+        self.ways.truncate(end);
+        if let Some(detail) = &mut self.detail {
+            detail.forget(end);
+        }
+        place.map(|place| Place { way, ..place })
     }
 
     /// The way that enters the item of a place, which is in `from`, and is in a block then.

@@ -76,8 +76,10 @@ impl Inquiry<'_> {
         let end = self.hits.t.0[lane];
         let item = self.held.item(self.hits.block(place.way), place.item);
         let inside = transform(ray, &item.item_from_super);
+        let ways = self.hits.way_count();
         let first = self.solids.first(simd, self.held, self.hits, (solid, place), &inside, end);
-        if let Some((t, face)) = first {
+        let face = self.hits.forget(ways, first.map(|(_, face)| face));
+        if let (Some((t, _)), Some(face)) = (first, face) {
             self.answer(lane, t, face, || (place.way, *ray));
         }
     }

@@ -106,8 +106,9 @@ impl Accelerated {
     /// # Errors
     /// If an expression of the graph has no usable value.
     pub fn new(graph: &Graph, boxes: &ExactBoxes<Graph>, budget: usize) -> Result<Self, EvalError> {
-        let whole = Compiled::whole(graph, Bounds::Exact(boxes), budget)?;
-        Ok(Self { blocks: Blocks::Whole(Arc::new(whole)), detail: 0.0, level: Level::new() })
+        let block = Arc::new(Compiled::whole(graph, Bounds::Exact(boxes), budget)?);
+        let blocks = Blocks::Whole { graph: graph.clone(), block };
+        Ok(Self { blocks, detail: 0.0, level: Level::new() })
     }
 
     /// Compiles what rays come to, when they come to it, and remembers as much of it as there is `memory` for, in bytes. The
@@ -128,9 +129,8 @@ impl Accelerated {
     /// If the graph is compiled on demand, where every ray would come to all of it; or if there is [detail](Self::with_detail)
     /// or something [too fine](Self::FINEST), which is told by boxes.
     pub fn without_boxes(self) -> Self {
-        let Blocks::Whole(whole) = self.blocks else { panic!("without boxes nothing is on demand") };
-        let whole = Arc::into_inner(whole).expect("there is no tracer yet");
-        Self { blocks: Blocks::Whole(Arc::new(whole.without_boxes())), ..self }
+        assert!(self.blocks.on_demand().is_none(), "without boxes nothing is on demand");
+        Self { blocks: self.blocks.map_whole(Compiled::without_boxes), ..self }
     }
 
     /// Looks into nothing that is smaller than so many pixels: its box stands for it, and stops as many of the rays as what
@@ -139,12 +139,11 @@ impl Accelerated {
     /// memory again; what is compiled on demand is measured when a ray comes to something small of it.
     pub fn with_detail(self, pixels: f64) -> Self {
         let blocks = match self.blocks {
-            Blocks::Whole(whole) if pixels > 0.0 => {
-                let whole = Arc::into_inner(whole).expect("there is no tracer yet");
-                Blocks::Whole(Arc::new(whole.with_parts().with_outlines())).with_looks(self.level)
-            }
             Blocks::OnDemand(source) => Blocks::OnDemand(Box::new(source.for_rays(pixels <= 0.0))),
-            blocks @ Blocks::Whole(_) => blocks,
+            whole if pixels > 0.0 => {
+                whole.map_whole(|whole| whole.with_parts().with_outlines()).with_looks(self.level)
+            }
+            whole => whole,
         };
         Self { blocks, detail: pixels, ..self }
     }
@@ -152,7 +151,7 @@ impl Accelerated {
     /// The memory of the acceleration structure, in bytes: where it is made on demand, of what is remembered now.
     pub fn bytes(&self) -> usize {
         match &self.blocks {
-            Blocks::Whole(whole) => whole.bytes(),
+            Blocks::Whole { block, .. } => block.bytes(),
             Blocks::OnDemand(source) => source.bytes(),
         }
     }
@@ -413,7 +412,7 @@ impl Tracer<'_> {
     }
 
     /// What was wrong with a state that a ray came to since this was asked last. Hits since then may be wrong. Where a graph
-    /// is not compiled on demand, nothing can be.
+    /// is not compiled on demand, nothing can be, unless a ray comes to too many parts that lie in each other.
     pub fn take_fault(&mut self) -> Option<EvalError> {
         self.held.take_fault()
     }

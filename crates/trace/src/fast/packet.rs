@@ -188,6 +188,9 @@ impl Packet {
             let place = Place::new(rays.way, at);
             match item.content {
                 Content::Super(_) | Content::Gate(_) => {
+                    if inquiry.held.is_crowded(0, inquiry.hits, rays.way) {
+                        continue;
+                    }
                     let Some((number, below)) = inquiry.held.inside(rays.block, item.content) else {
                         continue;
                     };
@@ -199,7 +202,11 @@ impl Packet {
                 Content::Solid(solid) => {
                     let Inquiry { held, ask, hits, solids, .. } = inquiry;
                     let at = (solid, place);
+                    let ways = hits.way_count();
                     let firsts = self.cuts.first(simd, held, hits, solids, *ask, at, &rays.rays, lanes);
+                    if firsts.as_ref().is_none_or(|firsts| firsts.met == 0) {
+                        hits.forget(ways, None);
+                    }
                     if let Some(Firsts { t, faces, way, met, alone }) = &firsts {
                         each(*met, |lane| {
                             inquiry.answer(lane, t.0[lane], faces[lane], || (*way, self.cuts.ray(lane)));

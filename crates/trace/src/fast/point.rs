@@ -111,7 +111,9 @@ impl Points {
             let ray = transform(&ray, &item.item_from_super);
             match item.content {
                 Content::Super(_) | Content::Gate(_) => {
-                    if let Some((number, below)) = held.inside(number, item.content) {
+                    if !held.is_crowded(0, hits, way)
+                        && let Some((number, below)) = held.inside(number, item.content)
+                    {
                         self.enter(below, number, ray, hits.enter(place, block, number));
                     }
                 }

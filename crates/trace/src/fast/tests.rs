@@ -119,7 +119,8 @@ fn slabs_save_work_and_change_no_hit() {
     let mut without = Compiled::whole(&graph, Bounds::Exact(&boxes), Accelerated::DEFAULT_BUDGET).unwrap();
     without.slabs.clear();
     let [(hits, counted), (expected, all)] = [with_slabs, without].map(|compiled| {
-        let (blocks, level) = (Blocks::Whole(Arc::new(compiled)), Level::new());
+        let (blocks, level) =
+            (Blocks::Whole { graph: graph.clone(), block: Arc::new(compiled) }, Level::new());
         let scene = Accelerated { blocks, detail: 0.0, level };
         let mut tracer = scene.tracer();
         let alone: Vec<_> = rays.iter().map(|ray| tracer.nearest(ray)).collect();

@@ -201,6 +201,9 @@ impl Cuts {
             let place = Place::new(here.way, at);
             match item.content {
                 Content::Super(_) | Content::Gate(_) => {
+                    if held.is_crowded(0, hits, here.way) {
+                        continue;
+                    }
                     let Some((number, ball)) = held.inside(here.block, item.content) else { continue };
                     let Some(root) = ball.root else { continue };
                     self.descend(simd, hits, (place, block), (ball, number), level as usize, lanes);

@@ -259,7 +259,9 @@ impl Solids {
         let content = block.items[place.item as usize].content;
         match content {
             Content::Super(_) | Content::Gate(_) => {
-                if let Some((number, below)) = held.inside(above, content)
+                let kept = size_of_val(&*self.levels) + size_of_val(&*self.waiting);
+                if !held.is_crowded(kept, hits, place.way)
+                    && let Some((number, below)) = held.inside(above, content)
                     && let Some(root) = below.root
                     && let Some(narrow) =
                         Narrow::new(ray, below, number, hits.enter(place, block, number), false)

@@ -119,7 +119,9 @@ struct Survey<'b> {
 impl Blocks {
     /// Measures what is seen of all nodes and items of a graph that is compiled as a whole.
     pub(super) fn survey(&self, level: Level) -> Surveyed {
-        let Self::Whole(block) = self else { unreachable!("nobody can list what is compiled on demand") };
+        let Self::Whole { block, .. } = self else {
+            unreachable!("nobody can list what is compiled on demand")
+        };
         let most = |boxes: usize| (ALL_LINES / boxes.max(1)).max(2);
         let is_solid = |item: &&Item| matches!(item.content, Content::Solid(_));
         let mut survey = Survey {

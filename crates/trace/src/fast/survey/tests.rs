@@ -48,7 +48,7 @@ fn survey(graph: &Graph, budget: usize) -> (Surveyed, usize) {
     let boxes = exact(graph, &Limits::default()).unwrap();
     let whole = Compiled::whole(graph, Bounds::Exact(&boxes), budget).unwrap().with_parts();
     let root = whole.root_node(0).unwrap();
-    (Blocks::Whole(Arc::new(whole)).survey(Level::new()), root)
+    (Blocks::Whole { graph: graph.clone(), block: Arc::new(whole) }.survey(Level::new()), root)
 }
 
 /// What is measured of the root of a graph in each direction, and what rays that look into everything find there.
@@ -116,7 +116,7 @@ fn covers_are_of_rays_that_meet_slabs() {
     let graph = fractal(4.0, PrimitiveKind::Sphere, &TETRAHEDRON);
     let boxes = exact(&graph, &Limits::default()).unwrap();
     let whole = Arc::new(Compiled::whole(&graph, Bounds::Exact(&boxes), BUDGET).unwrap().with_parts());
-    let found = Blocks::Whole(Arc::clone(&whole)).survey(Level::new());
+    let found = Blocks::Whole { graph: graph.clone(), block: Arc::clone(&whole) }.survey(Level::new());
     let scene = Accelerated::new(&graph, &boxes, BUDGET).unwrap();
     let (mut tracer, mut dice) = (scene.tracer(), Dice::at(DVec3::ONE));
     let [mut lines, mut come, mut covered, mut stopped] = [0.0; 4];
