@@ -216,6 +216,18 @@ pub struct RenderArgs {
 
 impl RenderArgs {
     /// # Errors
+    /// If something is said about light, and there is none in the view.
+    pub(crate) fn check_view(&self) -> Result<(), Failure> {
+        let said = self.integrator.map(|_| "--integrator").or(self.bounces.map(|_| "--bounces"));
+        match said.filter(|_| !matches!(self.view, ViewArg::Shaded | ViewArg::Plate)) {
+            Some(said) => Err(Failure::Usage(format!(
+                "{said} is about light, and this view shows none; leave out {said} or --view"
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    /// # Errors
     /// If noise has nothing to decide.
     pub(crate) fn check_noise(&self) -> Result<(), Failure> {
         if self.noise.is_none() {
@@ -259,6 +271,9 @@ impl StepsArg {
     }
 }
 
+/// The most pixels along a side of a picture, as in files.
+const MAX_SIDE: u32 = 65_536;
+
 /// Width and height in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
@@ -277,6 +292,9 @@ impl FromStr for Size {
             .split_once(['x', 'X', '×'])
             .and_then(|(width, height)| Some(Self { width: parse(width)?, height: parse(height)? }))
             .ok_or("write it as WIDTHxHEIGHT in pixels, for example 800x600")?;
+        if size.width.max(size.height) > MAX_SIDE {
+            return Err(format!("a picture has at most {MAX_SIDE} pixels along a side"));
+        }
         if u64::from(size.width) * u64::from(size.height) > MAX_PIXELS {
             return Err(format!("a picture has at most {MAX_PIXELS} pixels"));
         }

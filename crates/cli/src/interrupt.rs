@@ -7,7 +7,7 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
@@ -19,6 +19,9 @@ pub(crate) const EXIT_CODE: u8 = 130;
 
 /// How long it may take until an interruption is noticed. Nobody sees a delay that is shorter.
 const BEAT: Duration = Duration::from_millis(30);
+
+/// How long nobody wonders whether an interruption was noticed.
+const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Whether someone has interrupted.
 #[derive(Default)]
@@ -45,13 +48,30 @@ impl Interrupt {
 
     /// Does work of which nothing can be kept: an interruption ends the program.
     pub(crate) fn or_end<T>(&self, work: impl FnOnce() -> T) -> T {
+        let end = || {
+            say("interrupted before the first ray; nothing was written");
+            std::process::exit(EXIT_CODE.into());
+        };
+        self.watched(Duration::ZERO, end, work)
+    }
+
+    /// Does work that ends soon after an interruption. Says so if that is not as soon as one would think.
+    pub(crate) fn or_soon<T>(&self, work: impl FnOnce() -> T) -> T {
+        let promise =
+            || say("interrupted; ends with the pixels that are under way, or at once if interrupted again");
+        self.watched(PATIENCE, promise, work)
+    }
+
+    /// Does work, and something else if it has not ended so long after an interruption.
+    fn watched<T>(&self, patience: Duration, then: impl FnOnce() + Send, work: impl FnOnce() -> T) -> T {
         std::thread::scope(|scope| {
             let (done, is_done) = channel::<()>();
             scope.spawn(move || {
+                let mut asked = None;
                 while is_done.recv_timeout(BEAT) == Err(RecvTimeoutError::Timeout) {
-                    if self.is_asked() {
-                        say("interrupted before the first ray; nothing was written");
-                        std::process::exit(EXIT_CODE.into());
+                    let mut since = || *asked.get_or_insert_with(Instant::now);
+                    if self.is_asked() && since().elapsed() >= patience {
+                        return then();
                     }
                 }
             });
@@ -59,5 +79,31 @@ impl Interrupt {
             let _done = done;
             work()
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_takes_longer_than_patience_is_spoken_of() {
+        for (is_asked, patience, expected) in
+            [(true, Duration::ZERO, true), (true, Duration::MAX, false), (false, Duration::ZERO, false)]
+        {
+            let interrupt = Interrupt { is_asked: Arc::new(AtomicBool::new(is_asked)) };
+            let is_said = AtomicBool::new(false);
+            let say = || is_said.store(true, Ordering::Relaxed);
+            // Work that ends when it is spoken of, or when it is clear that it is not.
+            let work = || {
+                let start = Instant::now();
+                while !is_said.load(Ordering::Relaxed) && (expected || start.elapsed() < 5 * BEAT) {
+                    std::thread::sleep(BEAT / 10);
+                }
+                7
+            };
+            assert_eq!(interrupt.watched(patience, say, work), 7);
+            assert_eq!(is_said.load(Ordering::Relaxed), expected);
+        }
     }
 }

@@ -34,6 +34,7 @@ const KEEPING: Duration = Duration::from_secs(60);
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     // What is wrong with the arguments is said before anything of the file.
     args.engine.plan(args.view)?;
+    args.check_view()?;
     args.check_noise()?;
     let path = args.output.clone().unwrap_or_else(|| picture_path(&args.scene.scene));
     let part = checkpoint::path_of(&path);
@@ -56,7 +57,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let checkpoint = Checkpoint::new(&part, &work.stage, work.plan, args.zoom, &work.settings);
     let kept = if args.resume { checkpoint.load(&work.settings)? } else { None };
     let mut image = kept.map_or_else(|| work.blank(), Ok)?;
-    let is_complete = work.expose(&mut image, &interrupt, Some(&checkpoint))?;
+    let is_complete = interrupt.or_soon(|| work.expose(&mut image, &interrupt, Some(&checkpoint)))?;
     // First what the work took longest for: whoever is impatient may end the rest.
     let kept = if is_complete { Ok(()) } else { checkpoint.save(&image) };
 

@@ -25,7 +25,7 @@ pub struct BoundsArgs {
     /// How much larger than the least one an exact volume may be, relative to its extent; without it 1e-12
     ///
     /// The radius of a sphere is by so much larger than the least one, and without it by 0.01: a thousandth already takes
-    /// thousands of queries. For --booleans search it is the precision of the search, and without it 0.001.
+    /// thousands of queries, and there are no more than some 30,000; it says how close it has come. For --booleans search it is the precision of the search, and without it 0.001.
     #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = tolerance)]
     pub tolerance: Option<f64>,
     /// List the volumes of all states of symbols, too, with their numbers; JSON always does where the method is exact

@@ -28,6 +28,8 @@ struct Found<V> {
     exact: Option<ExactFacts>,
     /// Of a search: the gap of the root, and what it took.
     search: Option<(f64, CellCounts)>,
+    /// How much larger than the least one the volume of the root is at most, if it is not the least one.
+    excess: Option<f64>,
     seconds: f64,
 }
 
@@ -60,6 +62,8 @@ struct Report {
     exact: Option<ExactReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     search: Option<SearchReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    excess: Option<f64>,
     seconds: f64,
 }
 
@@ -144,7 +148,12 @@ pub(super) fn run(args: &BoundsArgs, loaded: &Loaded) -> Result<(), Failure> {
     let start = Instant::now();
     let HyperBoxes { root, nodes, .. } = hyper_boxes(method, loaded, &analysis, args.limit.once())?;
     let seconds = start.elapsed().as_secs_f64();
-    show(args, loaded, method, &Found { root, nodes, states: None, exact: None, search: None, seconds })
+    show(
+        args,
+        loaded,
+        method,
+        &Found { root, nodes, states: None, exact: None, search: None, excess: None, seconds },
+    )
 }
 
 /// An argument that the other methods have no use for.
@@ -171,7 +180,7 @@ fn run_exact<V: Shown>(args: &BoundsArgs, loaded: &Loaded) -> Result<(), Failure
     if args.booleans == BooleansArg::Search {
         let mut search = exact.root_solid(&refinement(args.tolerance));
         let SolidBox { aabb, gap, .. } = search.aabb();
-        found.root = V::about(aabb, None, |direction| search.support(direction).upper);
+        (found.root, found.excess) = V::certified(aabb, None, |direction| search.support(direction).upper);
         found.search = Some((gap, search.counts()));
     }
     found.seconds = start.elapsed().as_secs_f64();
@@ -228,12 +237,15 @@ impl<V: Shown> Found<V> {
                 .collect()
         };
         let facts = ExactFacts { gap: exact.gap, counts: exact.counts, endless: exact.endless };
+        let root = graph.root_state();
+        let (root, excess) = V::certified(exact.root, tolerance, |d| instances.of_state(&root, d));
         Self {
-            root: of_state(&graph.root_state(), exact.root),
+            root,
             nodes: graph.nodes().map(of_node).collect(),
             states: with_states.then(states),
             exact: Some(facts),
             search: None,
+            excess,
             seconds: 0.0,
         }
     }
@@ -292,6 +304,7 @@ fn report<V: Shown>(args: &BoundsArgs, loaded: &Loaded, method: MethodArg, found
             points,
             opened,
         }),
+        excess: found.excess,
         seconds: found.seconds,
     }
 }
@@ -318,6 +331,9 @@ fn table<V: Shown>(args: &BoundsArgs, graph: &Graph, method: MethodArg, found: &
     }
     if let Some((gap, CellCounts { cells, points, .. })) = found.search {
         let _ = writeln!(text, "the whole by search: {cells} cells, {points} points; its gap is {gap:.1e}");
+    }
+    if let Some(excess) = found.excess {
+        let _ = writeln!(text, "the radius of the whole is at most {excess:.1e} larger than the least one");
     }
     let size = |volume: &V| [volume.volume(), volume.surface_area()].map(|size| format!("{size:.6}"));
     let node = |((id, node), found): ((NodeId, &Node), &V)| {

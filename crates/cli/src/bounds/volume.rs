@@ -18,6 +18,15 @@ pub(crate) trait Shown: Volume {
         Self::from_support(support)
     }
 
+    /// The same, and how much larger than the least one it is at most, where it is not the least one up to the supports.
+    fn certified(
+        known: Aabb,
+        tolerance: Option<f64>,
+        support: impl FnMut(DVec3) -> f64,
+    ) -> (Self, Option<f64>) {
+        (Self::about(known, tolerance, support), None)
+    }
+
     /// Its numbers, for programs.
     fn numbers(&self) -> Value;
 
@@ -48,8 +57,15 @@ impl Shown for Sphere {
         "spheres".to_owned()
     }
 
-    fn about(_: Aabb, tolerance: Option<f64>, support: impl FnMut(DVec3) -> f64) -> Self {
-        CertifiedSphere::from_support(support, tolerance.unwrap_or(Self::TOLERANCE)).sphere
+    fn about(known: Aabb, tolerance: Option<f64>, support: impl FnMut(DVec3) -> f64) -> Self {
+        Self::certified(known, tolerance, support).0
+    }
+
+    fn certified(_: Aabb, tolerance: Option<f64>, support: impl FnMut(DVec3) -> f64) -> (Self, Option<f64>) {
+        let CertifiedSphere { sphere, at_least, .. } =
+            CertifiedSphere::from_support(support, tolerance.unwrap_or(Self::TOLERANCE));
+        let excess = sphere.radius / at_least - 1.0;
+        (sphere, Some(excess).filter(|excess| excess.is_finite()))
     }
 
     fn numbers(&self) -> Value {

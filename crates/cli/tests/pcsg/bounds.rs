@@ -91,6 +91,8 @@ fn every_kind_of_volume_has_its_numbers_and_its_size() {
         (number(&sphere["root"]["surface_area"]) / (4.0 * std::f64::consts::PI) - radius * radius).abs()
             < 1e-9
     );
+    let excess = number(&sphere["excess"]);
+    assert!(excess > 0.0 && excess <= 0.01 && aabb["excess"].is_null(), "{excess}");
     let obb = report("obb");
     assert_eq!(obb["root"]["axes"].as_array().unwrap().len(), 3);
     assert!(number(&obb["root"]["surface_area"]) <= number(&aabb["root"]["surface_area"]));

@@ -13,6 +13,8 @@ use crate::{Diagnostic, Span};
 
 /// The most pixels that a side of a picture may have.
 const SIDE: u32 = 65_536;
+/// The most pixels of a picture.
+const PIXELS: u64 = 1 << 26;
 /// The most rays a pixel.
 const SAMPLES: u32 = 4096;
 /// The most bounces.
@@ -142,13 +144,20 @@ impl Lowering<'_> {
         let mut fields = self.fields(block, &["width", "height", "samples", "integrator", "bounces"]);
         let integrator = fields.take("integrator").and_then(|field| self.integrator(field));
         let mut whole = |name, most| fields.take(name).and_then(|field| self.whole(field, most));
-        Image {
-            width: whole("width", SIDE),
-            height: whole("height", SIDE),
+        let [width, height] = ["width", "height"].map(|side| whole(side, SIDE));
+        let image = Image {
+            width,
+            height,
             samples: whole("samples", SAMPLES),
             integrator,
             bounces: whole("bounces", BOUNCES),
+        };
+        let pixels = width.map(u64::from).zip(height.map(u64::from)).map(|(width, height)| width * height);
+        if let Some(pixels) = pixels.filter(|pixels| *pixels > PIXELS) {
+            let message = format!("a picture has at most {PIXELS} pixels");
+            self.diagnostics.push(Diagnostic::error(block.name, message).label(format!("{pixels} pixels")));
         }
+        image
     }
 
     /// A word where fields otherwise have numbers.
