@@ -149,25 +149,19 @@ impl LatentImage {
                 return Ok(false);
             }
             let done = AtomicU64::new(all - self.left());
-            // Whoever is ready takes the next tile: some take a hundred times as long as others.
             let parts = self.exposure.parts(tiles).zip(&mut self.squares).zip(tiles.iter());
-            let spent = parts.par_bridge().map_init(
-                || Brush::new(world, &settings),
-                |brush, ((part, squares), tile)| {
-                    let painted = painter.paint(brush, &tile, squares, part, stop)?;
-                    if painted.samples > 0 {
-                        progress(done.fetch_add(painted.samples, Ordering::Relaxed) + painted.samples);
-                    }
-                    Ok::<_, EvalError>((painted.counters, painted.hits))
-                },
-            );
-            let sum = |(mut counters, hits): (Counters, u64), other: (Counters, u64)| {
-                counters += other.0;
-                Ok((counters, hits + other.1))
-            };
-            let (counters, hits) = spent.try_reduce(Default::default, sum)?;
-            self.counters += counters;
-            self.hits += hits;
+            let brush = || Brush::new(world, &settings);
+            let spent = tiles::find_in_each(parts, brush, |brush, ((part, squares), tile)| {
+                let painted = painter.paint(brush, &tile, squares, part, stop)?;
+                if painted.samples > 0 {
+                    progress(done.fetch_add(painted.samples, Ordering::Relaxed) + painted.samples);
+                }
+                Ok::<_, EvalError>((painted.counters, painted.hits))
+            })?;
+            for (counters, hits) in spent {
+                self.counters += counters;
+                self.hits += hits;
+            }
         }
     }
 

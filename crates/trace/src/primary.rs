@@ -1,12 +1,11 @@
 //! Primary rays without a picture: what the ray through the centre of each pixel meets, counted or kept.
 
 use csg_graph::{EvalError, NodeId};
-use rayon::prelude::*;
 
 use crate::camera::Lens;
 use crate::engine::Tracer;
 use crate::render::check_size;
-use crate::tiles::{Tile, Tiles};
+use crate::tiles::{self, Tile, Tiles};
 use crate::{Beam, Counters, Footprint, Hit, Ray, RenderError, World};
 
 /// What the primary rays of a picture cost.
@@ -116,13 +115,8 @@ fn trace<'a, T: Send>(
     let lens = world.camera.lens(width, height)?;
     let tiles = Tiles { width, height };
     let probing = || Probing { lens: &lens, tracer: tracer(), rays: Vec::new(), hits: Vec::new() };
-    let found = tiles.iter().enumerate().par_bridge().map_init(probing, |probing, (number, tile)| {
-        let found = trace_tile(probing, &tile)?;
-        Ok::<_, EvalError>((number, found))
-    });
-    let mut found = found.collect::<Result<Vec<_>, _>>()?;
-    found.sort_unstable_by_key(|(number, _)| *number);
-    Ok((tiles, found.into_iter().map(|(_, found)| found).collect()))
+    let found = tiles::find_in_each(tiles.iter(), probing, |probing, tile| trace_tile(probing, &tile))?;
+    Ok((tiles, found))
 }
 
 /// What a thread probes with.

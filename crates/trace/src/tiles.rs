@@ -4,6 +4,9 @@
 //! gives the same bytes.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
 
 use crate::Beam;
 use crate::camera::Lens;
@@ -60,6 +63,28 @@ impl Tiles {
     fn picture(self) -> Tile {
         Tile { columns: 0..self.width, rows: 0..self.height, start: 0 }
     }
+}
+
+/// What is found in each of the parts of a picture, in their order. Whoever is ready takes the next part: some take a hundred
+/// times as long as others. If any fails, it is the first one that does whose error is told, whatever the threads: then
+/// only those before it are taken.
+pub(crate) fn find_in_each<P: Send, W, T: Send, E: Send>(
+    parts: impl Iterator<Item = P> + Send,
+    worker: impl Fn() -> W + Send + Sync,
+    find: impl Fn(&mut W, P) -> Result<T, E> + Send + Sync,
+) -> Result<Vec<T>, E> {
+    let failed = AtomicUsize::new(usize::MAX);
+    let found = parts.enumerate().par_bridge().map_init(worker, |worker, (number, part)| {
+        let found = (number < failed.load(Ordering::Relaxed)).then(|| find(worker, part));
+        if let Some(Err(_)) = found {
+            failed.fetch_min(number, Ordering::Relaxed);
+        }
+        (number, found)
+    });
+    let mut found: Vec<_> = found.collect();
+    found.sort_unstable_by_key(|(number, _)| *number);
+    // What was left out is behind an error.
+    found.into_iter().map_while(|(_, found)| found).collect()
 }
 
 impl Tile {
@@ -148,6 +173,22 @@ mod tests {
             assert!(met.into_iter().eq(expected.clone()), "{width} by {height}");
             let pixels: Vec<_> = tiles.iter().flat_map(|tile| tile.pixels()).collect();
             assert!(tiles.in_rows(&pixels).into_iter().eq(expected), "{width} by {height}");
+        }
+    }
+
+    #[test]
+    fn of_many_errors_the_first_part_s_is_told() {
+        // Whoever takes the twentieth part finds out late.
+        let find = |(): &mut (), part: u32| {
+            if part == 20 {
+                std::thread::sleep(std::time::Duration::from_millis(50));
+            }
+            if part >= 20 && part.is_multiple_of(5) { Err(part) } else { Ok(part) }
+        };
+        for threads in [1, 2, 8] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            assert_eq!(pool.install(|| find_in_each(0..100, || (), find)), Err(20));
+            assert_eq!(pool.install(|| find_in_each(0..20, || (), find)), Ok((0..20).collect()));
         }
     }
 }

@@ -37,20 +37,25 @@ pub(super) struct Granularity {
     /// The most bytes of blocks that rays come to together. Those that would come to more go alone, one after the other,
     /// so that less has to be held at one time. As it is a matter of the rays, pictures are the same for any memory.
     pub(super) together: usize,
+    /// The most that one ray comes to: where there is more, nobody can wait for it.
+    pub(super) alone: usize,
 }
 
 /// Where all states are known, those of few symbols are opened further: rays come to the same blocks again and again. What
 /// these blocks may take together, in bytes.
 const ROOM: usize = 1 << 14;
 
+/// The most bytes of blocks that one ray comes to.
+const ALONE: usize = 1 << 27;
+
 impl Granularity {
     /// Where everything is looked into, rays come to most of what is in a block, and the fewer gates there are, with their
     /// envelopes for boxes, the fewer are passed in vain.
-    const FINE: Self = Self { length: 64, ahead: 16, together: 1 << 22 };
+    const FINE: Self = Self { length: 64, ahead: 16, together: 1 << 22, alone: ALONE };
 
     /// Where small parts are not looked into, most of a long list would be too small. To look ahead would be as much work as
     /// the block itself.
-    const COARSE: Self = Self { length: 8, ahead: 0, together: 1 << 21 };
+    const COARSE: Self = Self { length: 8, ahead: 0, together: 1 << 21, alone: ALONE };
 
     /// That of a graph with such bounds for rays that look into what is large only.
     fn coarse(graph: &Graph, bounds: &StateBounds) -> Self {

@@ -9,12 +9,12 @@ use std::cell::{Cell, RefCell};
 use std::fmt;
 use std::sync::Arc;
 
-use csg_graph::{EvalError, Fault, State};
+use csg_graph::{EvalError, Fault, NodeId, State};
 use elsa::FrozenVec;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::blocks::{Blocks, HELD};
+use super::blocks::{Blocks, HELD, OnDemand};
 use super::compile::{Compiled, Content, Gate, Item, SuperNode, index};
 use super::detail::{Footprint, Part};
 use super::frame::narrow;
@@ -97,7 +97,7 @@ const ALONE: usize = 1 << 20;
 const LONGEST: u32 = 1 << 16;
 const DEEP: u32 = 1 << 10;
 
-/// The most bytes of what the rays of a packet remember of where they came to, and of what they keep for later in operands.
+/// The most bytes of what the rays of a packet remember of where they came to, with what they keep for later in operands.
 const KEPT: usize = 1 << 27;
 
 /// How many questions below operators may wait for each other at first: what is listed ends.
@@ -163,7 +163,7 @@ impl<'a> Held<'a> {
             let root = Arc::clone(&self.visits.borrow()[ROOT as usize].0);
             *self = Self { fault, deepest, ..Self::at(self.source, root, self.rounds, self.limit) };
         }
-        self.begin(usize::MAX);
+        self.begin(source.granularity.alone);
         is_too_much
     }
 
@@ -220,8 +220,13 @@ impl<'a> Held<'a> {
     /// The block behind a gate, unless there is something wrong with it, or the rays have come to too much.
     #[inline(never)]
     fn enter(&self, block: u32, gate: u32) -> Option<u32> {
-        let found = self.behind(block, gate)?;
-        found.map_err(|fault| self.fault.set(Some(fault))).ok()
+        let found = self.behind(block, gate);
+        // Rays that went together go alone then.
+        let is_alone = |source: &OnDemand| self.most == source.granularity.alone;
+        if found.is_none() && self.source.on_demand().is_some_and(is_alone) {
+            self.refuse_at(Fault::Crowded, self.block(block).gates[gate as usize].state.node());
+        }
+        found?.map_err(|fault| self.fault.set(Some(fault))).ok()
     }
 
     /// The block behind a gate, or what is wrong with it; none if the rays have come to too much.
@@ -307,9 +312,13 @@ impl<'a> Held<'a> {
 
     #[cold]
     fn refuse(&self, fault: Fault, hits: &Hits, way: u32) {
+        let (above, item) = hits.step(way);
+        self.refuse_at(fault, self.item(hits.block(above), item).node);
+    }
+
+    #[cold]
+    fn refuse_at(&self, fault: Fault, node: NodeId) {
         if self.deepest.replace(0) > 0 {
-            let (above, item) = hits.step(way);
-            let node = self.item(hits.block(above), item).node;
             let at = csg_graph::Place { node, expr: None, label: self.source.graph().node_name(node) };
             let fault = EvalError { at, fault, values: Vec::new() };
             self.fault.set(Some(Box::new(fault)));
@@ -402,7 +411,6 @@ impl fmt::Debug for Held<'_> {
 mod tests {
     use csg_graph_bounds::{Envelopes, Limits};
 
-    use super::super::blocks::OnDemand;
     use super::super::bounds::StateBounds;
     use super::*;
 
@@ -435,6 +443,20 @@ mod tests {
         held.renew();
         assert!(held.enter(ROOT, 0).is_some() && held.enter(ROOT, 1).is_some());
         assert!(!held.is_too_much());
+    }
+
+    #[test]
+    fn what_is_too_much_for_one_is_an_error() {
+        let Blocks::OnDemand(mut source) = blocks(0) else { unreachable!("it was made so") };
+        source.granularity.alone = 0;
+        let blocks = Blocks::OnDemand(source);
+        let mut held = Held::new(&blocks, 0);
+        held.renew();
+        assert!(held.enter(ROOT, 0).is_some() && !held.is_void());
+        assert!(held.enter(ROOT, 1).is_none() && held.is_void());
+        assert_eq!(held.take_fault().map(|error| error.fault), Some(Fault::Crowded));
+        held.renew();
+        assert!(held.enter(ROOT, 1).is_some() && held.take_fault().is_none());
     }
 
     #[test]
