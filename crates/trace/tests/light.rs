@@ -260,6 +260,26 @@ fn walls_inside_of_glass_are_not_seen() {
 }
 
 #[test]
+fn glass_may_stand_on_the_floor() {
+    // Exactly, or sunk into it by a millionth: whether it is that or rounding is not to be seen.
+    let scene = |sunk: &str| {
+        format!(
+            "{{}} color(0.5, 0.5, 0.5) move(0, 0, -1.1) scale(12, 12, 0.1) cube
+             | move(0, 0, -{sunk}) material(glass = 1) color(0.3, 0.4, 1) (cube & uscale(1.3) sphere)"
+        )
+    };
+    let sun = LightSource::Directional(DVec3::new(0.3, 1.0, -1.0));
+    let outside =
+        Outside { eye: DVec3::new(3.0, -12.0, 5.0), ..Outside::of(Sky::uniform(DVec3::ONE)).lit(sun, true) };
+    for settings in [DIRECT, PATH] {
+        let [stands, is_sunk] =
+            ["0", "0.000001"].map(|sunk| pixels(&outside.picture(&scene(sunk), 15.0, &settings)));
+        let differ = stands.iter().zip(&is_sunk).filter(|(a, b)| a.distance(**b) > 0.02).count();
+        assert!(differ < 10, "{differ} of {}", stands.len());
+    }
+}
+
+#[test]
 fn metal_shows_the_sky_in_its_pigment() {
     let mut sky = Sky::uniform(DVec3::new(0.3, 0.5, 0.7));
     sky.sun = Some(Sun { direction: -DVec3::Y, colour: DVec3::ONE, diameter: 60.0 });

@@ -9,6 +9,7 @@ use glam::DVec3;
 
 use super::Place;
 use super::bsdf::Bsdf;
+use super::contact::Contacts;
 use super::daylight::Daylight;
 use super::dielectric::Media;
 use super::local::Shader;
@@ -30,6 +31,7 @@ pub(crate) struct Direct {
     branches: Vec<Branch>,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
+    contacts: Contacts,
     shades: Vec<DVec3>,
 }
 
@@ -59,6 +61,7 @@ impl Direct {
             branches: Vec::new(),
             rays: Vec::new(),
             hits: Vec::new(),
+            contacts: Contacts::default(),
             shades: Vec::new(),
         }
     }
@@ -101,6 +104,7 @@ impl Direct {
         self.rays.extend(branches.iter().map(|branch| branch.ray));
         let mut hits = std::mem::take(&mut self.hits);
         tracer.nearest((&self.rays).into(), &mut hits)?;
+        self.contacts.replace(tracer, &self.rays, &mut hits)?;
         self.shader.shade(tracer, &self.lights, &self.rays, &hits, &mut self.shades)?;
         for (lane, (branch, hit)) in branches.iter().zip(&hits).enumerate() {
             let Branch { root, ray, weight, media } = branch;

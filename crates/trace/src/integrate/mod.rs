@@ -4,10 +4,12 @@
 //! them that can be listed: from each light straight to the surface, and on through mirrors and clear glass. [`path`]
 //! takes all, by chance. Both take the rays of a square of the picture together, bounce by bounce.
 //!
-//! - [`local`]: ambient, diffuse, highlight, of hits side by side ([`places`]); [`bsdf`]: matt, metal ([`microfacet`]) and glass ([`dielectric`]).
+//! - [`local`]: ambient, diffuse, highlight, of hits side by side ([`places`]); [`bsdf`]: matt, metal ([`microfacet`]) and glass ([`dielectric`]),
+//!   and what glass stands on ([`contact`]).
 //! - [`daylight`]: the sky, and the sun to aim at; [`sampler`], [`warp`]: numbers by chance, and directions made of them.
 
 mod bsdf;
+mod contact;
 mod daylight;
 mod dielectric;
 mod direct;
@@ -109,10 +111,14 @@ impl Place {
         self.point + self.normal * self.offset
     }
 
+    /// Where rays start that go through it.
+    fn behind(&self) -> DVec3 {
+        self.point - self.normal * self.offset
+    }
+
     /// The ray that goes on.
     fn leave(&self, scattered: &Scattered) -> Ray {
-        let behind = || self.point - self.normal * self.offset;
-        let origin = if scattered.is_behind { behind() } else { self.before() };
+        let origin = if scattered.is_behind { self.behind() } else { self.before() };
         Ray { origin, direction: scattered.direction }
     }
 }

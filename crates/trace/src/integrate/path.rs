@@ -20,6 +20,7 @@ use glam::{DVec2, DVec3};
 
 use super::Place;
 use super::bsdf::Bsdf;
+use super::contact::Contacts;
 use super::daylight::Daylight;
 use super::dielectric::Media;
 use super::sampler::Sampler;
@@ -47,6 +48,7 @@ pub(crate) struct Path {
     vertices: Vec<Vertex>,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
+    contacts: Contacts,
     shadows: Shadows,
 }
 
@@ -92,6 +94,7 @@ impl Path {
             vertices: Vec::new(),
             rays: Vec::new(),
             hits: Vec::new(),
+            contacts: Contacts::default(),
             shadows: Shadows::default(),
         }
     }
@@ -128,6 +131,7 @@ impl Path {
             self.rays.clear();
             self.rays.extend(self.strands.iter().map(|strand| strand.ray));
             tracer.nearest((&self.rays).into(), &mut self.hits)?;
+            self.contacts.replace(tracer, &self.rays, &mut self.hits)?;
         }
         self.arrive(colours);
         Ok(())
