@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use csg_graph_grammar::Image;
 use csg_graph_trace::{FEWEST_SAMPLES, Integrator, MAX_BOUNCES, MAX_PIXELS, MAX_SAMPLES, View};
 
 use crate::Failure;
@@ -271,9 +272,6 @@ impl StepsArg {
     }
 }
 
-/// The most pixels along a side of a picture, as in files.
-const MAX_SIDE: u32 = 65_536;
-
 /// Width and height in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
@@ -292,8 +290,8 @@ impl FromStr for Size {
             .split_once(['x', 'X', '×'])
             .and_then(|(width, height)| Some(Self { width: parse(width)?, height: parse(height)? }))
             .ok_or("write it as WIDTHxHEIGHT in pixels, for example 800x600")?;
-        if size.width.max(size.height) > MAX_SIDE {
-            return Err(format!("a picture has at most {MAX_SIDE} pixels along a side"));
+        if size.width.max(size.height) > Image::MAX_SIDE {
+            return Err(format!("a picture has at most {} pixels along a side", Image::MAX_SIDE));
         }
         if u64::from(size.width) * u64::from(size.height) > MAX_PIXELS {
             return Err(format!("a picture has at most {MAX_PIXELS} pixels"));

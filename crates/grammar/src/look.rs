@@ -92,3 +92,8 @@ pub struct Image {
     /// How often light is followed from surface to surface, at least 1.
     pub bounces: Option<u32>,
 }
+
+impl Image {
+    /// The most pixels that a side of a picture may have.
+    pub const MAX_SIDE: u32 = 65_536;
+}

@@ -11,8 +11,6 @@ use crate::names::nearest;
 use crate::syntax::{self, Assignment, ExprId, Item, SceneBlock};
 use crate::{Diagnostic, Span};
 
-/// The most pixels that a side of a picture may have.
-const SIDE: u32 = 65_536;
 /// The most pixels of a picture.
 const PIXELS: u64 = 1 << 26;
 /// The most rays a pixel.
@@ -144,7 +142,7 @@ impl Lowering<'_> {
         let mut fields = self.fields(block, &["width", "height", "samples", "integrator", "bounces"]);
         let integrator = fields.take("integrator").and_then(|field| self.integrator(field));
         let mut whole = |name, most| fields.take(name).and_then(|field| self.whole(field, most));
-        let [width, height] = ["width", "height"].map(|side| whole(side, SIDE));
+        let [width, height] = ["width", "height"].map(|side| whole(side, Image::MAX_SIDE));
         let image = Image {
             width,
             height,

@@ -78,7 +78,9 @@ impl Inquiry<'_> {
         let inside = transform(ray, &item.item_from_super);
         let ways = self.hits.way_count();
         let first = self.solids.first(simd, self.held, self.hits, (solid, place), &inside, end);
-        let face = self.hits.forget(ways, first.map(|(_, face)| face));
+        // Which of several faces it is, is asked once it is known that it is seen.
+        let face = first.map(|(_, face)| if self.solids.tied { place } else { face });
+        let face = self.hits.forget(ways, face);
         if let (Some((t, _)), Some(face)) = (first, face) {
             self.answer(lane, t, face, || (place.way, *ray));
         }

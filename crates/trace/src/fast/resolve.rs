@@ -135,7 +135,7 @@ impl Tracer<'_> {
         let ray = self.descend(place, world_ray);
         let Self { level, held, hits, solids, .. } = self;
         assert!(hits.detail.is_some() || held.is_void(), "a solid has a face where a ray meets it");
-        let come_to = dispatch!(*level, simd => solids.boundary(simd, held, hits, (solid, place), &ray, t));
+        let come_to = dispatch!(*level, simd => solids.first(simd, held, hits, (solid, place), &ray, t));
         // Where operators lead on and on, what was found is void.
         come_to.map_or(place.as_box(), |(_, face)| face)
     }

@@ -82,14 +82,9 @@ impl Solids {
             let place = Place::new(narrow.way, at);
             let ray = transform(&narrow.ray, &item.item_from_super);
             let question = Question { limit: union.question.limit.min(known), ..union.question };
-            if let Some((place, extents)) = extents(
-                &mut self.work,
-                hits,
-                (held, narrow.block),
-                place,
-                [&narrow.ray, &ray],
-                question.is_cut,
-            ) {
+            if let Some((place, extents)) =
+                extents(&mut self.work, hits, held, narrow, place, &ray, question.is_cut)
+            {
                 self.tied |= question.begins_at_face(&extents);
                 self.tied |= union.take(question.answer(&extents, place));
                 continue;

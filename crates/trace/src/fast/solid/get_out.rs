@@ -91,14 +91,9 @@ impl Solids {
             let place = Place::new(narrow.way, at);
             let ray = transform(&narrow.ray, &item.item_from_super);
             let question = Question { from: t, ..union.question };
-            if let Some((place, extents)) = extents(
-                &mut self.work,
-                hits,
-                (held, narrow.block),
-                place,
-                [&narrow.ray, &ray],
-                question.is_cut,
-            ) {
+            if let Some((place, extents)) =
+                extents(&mut self.work, hits, held, narrow, place, &ray, question.is_cut)
+            {
                 let is_known = |face| hits.is_same(face, place);
                 self.tied |= question.begins_at_face(&extents) && !self.come_by.is_some_and(is_known);
                 let answer = question.answer(&extents, place);

@@ -59,24 +59,10 @@ enum Call {
 }
 
 impl Solids {
-    /// The first boundary of a solid at t > 0 on a ray in its frame, not behind `end`, and the face there; or the place of
-    /// the solid if there are several.
-    pub(super) fn first<S: Simd>(
-        &mut self,
-        simd: S,
-        held: &Held<'_>,
-        hits: &mut Hits,
-        at: (u32, Place),
-        ray: &Ray,
-        end: f64,
-    ) -> Option<(f64, Place)> {
-        let (t, face) = self.boundary(simd, held, hits, at, ray, end)?;
-        Some((t, if self.tied { at.1 } else { face }))
-    }
-
-    /// The same boundary, with one of its faces if there are several.
+    /// The first boundary of a solid at t > 0 on a ray in its frame, not behind `end`, and the face there: if it is
+    /// [tied](Self::tied), one of several.
     #[inline(never)]
-    pub(super) fn boundary<S: Simd>(
+    pub(super) fn first<S: Simd>(
         &mut self,
         simd: S,
         held: &Held<'_>,
@@ -290,18 +276,20 @@ impl Solids {
 fn extents(
     work: &mut Work,
     hits: &Hits,
-    (held, number): (&Held<'_>, u32),
+    held: &Held<'_>,
+    narrow: &Narrow,
     place: Place,
-    [super_ray, item_ray]: [&Ray; 2],
+    item_ray: &Ray,
     is_cut: bool,
 ) -> Option<(Place, Extents)> {
-    let block = held.block(number);
+    let block = held.block(narrow.block);
     let item = &block.items[place.item as usize];
     if let Content::Shape(shape) = item.content {
         work.primitives += 1;
         return Some((place, shapes::extents(&block.shapes[shape as usize], item_ray)));
     }
-    let detail = hits.detail.as_ref().filter(|detail| detail.is_small(block, place, super_ray))?;
-    let extents = if is_cut { Extents::default() } else { detail.extents(held, number, place, super_ray) };
+    let detail = hits.detail.as_ref().filter(|detail| detail.is_small(block, place, &narrow.ray))?;
+    let extents =
+        if is_cut { Extents::default() } else { detail.extents(held, narrow.block, place, &narrow.ray) };
     Some((place.as_box(), extents))
 }

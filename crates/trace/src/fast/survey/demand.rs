@@ -14,16 +14,13 @@ use csg_graph::State;
 use csg_graph_bounds::Aabb;
 use glam::{DMat3, DVec3};
 
-use super::estimate::{Tally, shrink};
-use super::lines::Throws;
+use super::estimate::stopped;
 use super::outline::flux;
-use super::{ALL_LINES, FEW_LINES, LINES_BELOW, SHARE, STRIDE};
+use super::{ALL_LINES, FEW_LINES, LINES_BELOW, SHARE};
 use crate::fast::Tracer;
 use crate::fast::blocks::Blocks;
 use crate::fast::compile::Compiled;
 use crate::fast::cover::{CELLS, Cover};
-use crate::fast::frame::narrow;
-use crate::fast::sample::Dice;
 use crate::fast::tree::Child;
 
 /// Lines through the box of a state in each direction: they go down much farther than those of what is measured ahead.
@@ -108,18 +105,8 @@ fn most(boxes: usize, lines: usize) -> usize {
 
 /// The share of the lines through a box that are stopped in what tracers begin with or in a node of it, by direction.
 fn cells(tracers: &mut [Tracer<'_>], node: Option<Child>, bounds: &Aabb, lines: usize) -> [f32; CELLS] {
-    let mut dice = Dice::at(bounds.min);
-    let throws: [Throws; CELLS] = std::array::from_fn(|_| Throws::new(&mut dice));
-    let mut tallies = [Tally::default(); CELLS];
     let count = tracers.len();
-    for number in 0..lines {
-        let cell = number * STRIDE % CELLS;
-        let (line, weight) = throws[cell].line(bounds, cell, number / CELLS);
-        let is_stopped = tracers[number / CELLS % count].is_stopped(&line, node);
-        tallies[cell].add(weight, f64::from(u8::from(is_stopped)));
-    }
-    // Nothing is known beforehand of how directions differ.
-    shrink(&tallies, &[1.0; CELLS]).map(narrow)
+    stopped(bounds, lines, |line, number| tracers[number % count].is_stopped(line, node))
 }
 
 /// Whether a box stands for what is in it, or lines through it tell more. What is flat is a piece of a sheet: as there is

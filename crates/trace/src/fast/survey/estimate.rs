@@ -1,8 +1,13 @@
 //! What a few lines tell of many.
 
-use super::{FEW_LINES, Meeting};
+use csg_graph_bounds::Aabb;
+
+use super::lines::Throws;
+use super::{FEW_LINES, Meeting, STRIDE};
+use crate::Ray;
 use crate::fast::cover::{CELLS, behind};
 use crate::fast::frame::narrow;
+use crate::fast::sample::Dice;
 
 /// What lines in one direction have met, by what they count.
 #[derive(Clone, Copy, Debug, Default)]
@@ -42,6 +47,25 @@ impl Tally {
     }
 }
 
+/// The share of the lines through a box that are stopped, by direction, as so many of them tell. Each is given with its number
+/// among those in its direction.
+pub(super) fn stopped(
+    bounds: &Aabb,
+    lines: usize,
+    mut is_stopped: impl FnMut(&Ray, usize) -> bool,
+) -> [f32; CELLS] {
+    let mut dice = Dice::at(bounds.min);
+    let throws: [Throws; CELLS] = std::array::from_fn(|_| Throws::new(&mut dice));
+    let mut tallies = [Tally::default(); CELLS];
+    for number in 0..lines {
+        let cell = number * STRIDE % CELLS;
+        let (line, weight) = throws[cell].line(bounds, cell, number / CELLS);
+        tallies[cell].add(weight, f64::from(u8::from(is_stopped(&line, number / CELLS))));
+    }
+    // Nothing is known beforehand of how directions differ.
+    shares(&tallies, lines, || [1.0; CELLS])
+}
+
 /// The covers in all directions, of what so many lines have met together: the same in all if there are few.
 pub(super) fn shares(
     tallies: &[Tally; CELLS],
@@ -60,7 +84,7 @@ pub(super) fn shares(
 /// The few lines have noise, which would grow from level to level. What the parts cover has none, but tells nothing of how
 /// much of it is hidden. So the second is fitted to all of the first by one number, and what is left in single directions
 /// counts as far as there is more of it than noise \[EFRO77\].
-pub(super) fn shrink(tallies: &[Tally; CELLS], depths: &[f64; CELLS]) -> [f64; CELLS] {
+fn shrink(tallies: &[Tally; CELLS], depths: &[f64; CELLS]) -> [f64; CELLS] {
     /// Squares count as far as they are more than so many times their variance.
     const DOUBT: f64 = 2.0;
     /// Halvings of the interval that holds the number.

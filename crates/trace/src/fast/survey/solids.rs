@@ -5,17 +5,15 @@
 
 use fearless_simd::{Level, dispatch};
 
-use super::estimate::{Tally, shares};
-use super::lines::Throws;
-use super::{SHARE, STRIDE};
+use super::SHARE;
+use super::estimate::stopped;
 use crate::fast::blocks::Blocks;
 use crate::fast::compile::{Compiled, Content};
-use crate::fast::cover::{CELLS, Cover};
+use crate::fast::cover::Cover;
 use crate::fast::detail::{Detail, Footprint};
 use crate::fast::held::Held;
 use crate::fast::hits::{Hits, Place, START};
 use crate::fast::lanes::{LANES, transform};
-use crate::fast::sample::Dice;
 use crate::fast::solid::Solids;
 
 /// Lines through the box of a solid in each direction, unless there are too many solids.
@@ -47,19 +45,14 @@ impl<'b> Tracing<'b> {
         }
         let small = Footprint { width: SHARE * bounds.size().length(), spread: 0.0 };
         hits.detail.iter_mut().for_each(|detail| detail.set_footprint(small, small));
-        let mut dice = Dice::at(bounds.min);
-        let throws: [Throws; CELLS] = std::array::from_fn(|_| Throws::new(&mut dice));
-        let mut tallies = [Tally::default(); CELLS];
-        for number in 0..lines {
-            let cell = number * STRIDE % CELLS;
-            let (line, weight) = throws[cell].line(bounds, cell, number / CELLS);
+        let cells = stopped(bounds, lines, |line, _| {
+            held.renew();
             hits.clear([f64::INFINITY; LANES]);
-            let place = Place::new(START, at);
-            let inside = transform(&line, &item.item_from_super);
-            let first = dispatch!(*level, simd => solids.first(simd, held, hits, (solid, place), &inside, f64::INFINITY));
-            tallies[cell].add(weight, f64::from(u8::from(first.is_some())));
-        }
-        let cells = shares(&tallies, lines, || [1.0; CELLS]);
+            let inside = transform(line, &item.item_from_super);
+            let at = (solid, Place::new(START, at));
+            let first = dispatch!(*level, simd => solids.first(simd, held, hits, at, &inside, f64::INFINITY));
+            first.is_some()
+        });
         cells.iter().any(|share| *share > 0.0).then_some(Cover { cells, apart: 0.0 })
     }
 }
