@@ -412,6 +412,30 @@ fn small_solids_stop_as_many_rays_as_they_do() {
 }
 
 #[test]
+fn small_solids_of_what_never_ends_stop_as_many_rays_as_they_do() {
+    // Splinters that stand slantwise in their boxes, and again beside them, ever smaller.
+    let splinter = "rotx(40) rotz(30) scale(1, 0.2, 1.5) (move(0.8, 0, 0) sphere & move(-0.8, 0, 0) sphere)";
+    let places = (-3..4).flat_map(|x| (-1..2).map(move |y| [x, y]));
+    let row = places.map(|[x, y]| format!("move({x}, {y}, {}) uscale(0.6) ({splinter})", 2 * y));
+    let row = row.collect::<Vec<_>>().join(" | ");
+    let source = |n: &str, below: &str| {
+        format!(
+            "{{ n = {n}; }} ROW
+             ROW if(n > 0, 2, 1 + (n < 0))
+             1: ROW -> row
+             2: ROW -> row | {{n = {below}}} move(0, 6, 0) uscale(0.6) ROW
+             row = {row}"
+        )
+    };
+    let fine = graph(&source("12", "n - 1"));
+    let lens = lens(&root_box(&fine, &Limits::default()).unwrap().aabb);
+    let ([only_fine, only_endless], all) =
+        count(&whole(&fine), &listed(&source("1", "n"), 1 << 20).with_detail(6.0), &lens);
+    let found = all + only_endless - only_fine;
+    assert!(all > 200 && found.abs_diff(all) * 10 < all, "{found} for {all}");
+}
+
+#[test]
 fn faces_that_coincide_below_operators_may_be_of_small_parts() {
     // The box of a leaf juts out of those around it. Where the two cubes coincide, all operands are asked for the face.
     let lens = lens(&root_box(&graph(&tree(9, 3)), &Limits::default()).unwrap().aabb);

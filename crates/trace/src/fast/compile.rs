@@ -54,7 +54,8 @@ pub(super) struct Compiled {
     pub(super) parts: Vec<Part>,
     /// And what is seen of what is too small.
     pub(super) looks: Looks,
-    /// Of a block whose nodes may stand for what is in them, their covers, once somebody has come to a small one.
+    /// What is measured of a block of listed states once somebody comes to a small part of it, and the covers of all that.
+    pub(super) measured: Vec<Child>,
     pub(super) covers: OnceLock<Box<[Cover]>>,
     pub(super) paints: Vec<Paint>,
     /// Of each item, the state of the last S-node between, by its place among all states; not among the items, where rays
@@ -199,11 +200,10 @@ impl Compiled {
         // What an allocator adds to each piece of memory, and how many pieces there are but for gates and hulls.
         const HEADER: usize = 16;
         const PIECES: usize = 10;
-        let Self { nodes, parts, gates, paints, symbols, .. } = self;
+        let Self { parts, measured, gates, paints, symbols, .. } = self;
         let gate = |gate: &Gate| size_of_val(gate) + gate.state.bytes() + size_of::<Sample>() + 2 * HEADER;
         let gates = gates.iter().map(gate);
-        let has_covers = nodes.first().is_some_and(|node| node.size.is_finite());
-        let covers = if has_covers { size_of::<Cover>() * nodes.len() } else { 0 };
+        let covers = (size_of::<Child>() + size_of::<Cover>()) * measured.len();
         let outlines = parts.iter().filter(|part| part.outline.is_some()).count();
         let heap = |paint: &Paint| if paint.spilled() { size_of_val(&**paint) } else { 0 };
         let paints = paints.iter().map(|paint| size_of_val(paint) + heap(paint));

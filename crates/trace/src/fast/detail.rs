@@ -18,7 +18,7 @@
 use csg_graph_bounds::Aabb;
 use glam::{DVec3, Mat3, Mat3A, Vec3, Vec3A};
 
-use super::compile::{Compiled, Content, Item, SuperNode, index};
+use super::compile::{Compiled, Content, Item, SuperNode};
 use super::cover::behind;
 use super::frame::narrow;
 use super::held::Held;
@@ -325,11 +325,20 @@ impl Compiled {
         self
     }
 
-    /// Keeps how large all nodes are as well, so that the box of one stands for what is in it.
+    /// Keeps how large the nodes of a block are as well, so that the box of one stands for what is in it, and what will be
+    /// measured: these, and all solids. Below operators, nodes are not judged.
     pub(super) fn with_node_sizes(mut self) -> Self {
-        for number in 0..index(self.supers.len()) {
-            for at in self.nodes_of(number) {
-                self.nodes[at].size = narrow(self.node_bounds(number, at).size().length());
+        let nodes = self.nodes_of(0);
+        for at in &nodes {
+            self.nodes[*at].size = narrow(self.node_bounds(0, *at).size().length());
+        }
+        let is_solid = |at: &usize| matches!(self.items[*at].content, Content::Solid(_));
+        let solids = (0..self.items.len()).filter(is_solid);
+        self.measured = nodes.into_iter().map(Child::node).chain(solids.map(Child::item)).collect();
+        for (place, child) in (0..).zip(&self.measured) {
+            match child.get() {
+                Err(node) => self.nodes[node].cover = place,
+                Ok(item) => self.parts[item].cover = place,
             }
         }
         self

@@ -20,7 +20,7 @@ use super::detail::{Footprint, Part};
 use super::frame::narrow;
 use super::hits::{Hits, Place, ROOT};
 use super::sample::{Dice, Sample};
-use super::survey::demand::measure_nodes;
+use super::survey::demand::measure;
 use super::survey::outline::flux;
 use super::tree::Child;
 
@@ -339,18 +339,17 @@ impl<'a> Held<'a> {
     fn cover_on_demand(&self, number: u32, child: Child, direction: DVec3) -> Option<f32> {
         let source = self.source.on_demand().filter(|_| self.rounds > 0)?;
         let block = self.block(number);
-        let item = match child.get() {
-            Ok(item) => item,
-            Err(node) => {
-                let measure = || {
-                    let block = Arc::clone(&self.visits.borrow()[number as usize].0);
-                    measure_nodes(self.source, &block, self.rounds)
-                };
-                // They belong to the block, and all that look into it ask for as many.
-                debug_assert_eq!(self.rounds, self.source.rounds());
-                return Some(block.covers.get_or_init(measure)[node].along(direction));
-            }
-        };
+        let place = block.place_of_cover(child) as usize;
+        if place < block.measured.len() {
+            let measure = || {
+                let block = Arc::clone(&self.visits.borrow()[number as usize].0);
+                measure(self.source, &block, self.rounds)
+            };
+            // They belong to the block, and all that look into it ask for as many.
+            debug_assert_eq!(self.rounds, self.source.rounds());
+            return Some(block.covers.get_or_init(measure)[place].along(direction));
+        }
+        let item = child.get().ok()?;
         let Content::Gate(gate) = block.items[item].content else { return None };
         let Gate { state, class, .. } = &block.gates[gate as usize];
         let known;

@@ -89,11 +89,15 @@ impl Compiled {
 
     /// How many of the rays that meet the box of a child of a node, and its slabs, are stopped, if it was measured.
     pub(super) fn cover(&self, child: Child) -> Option<&Cover> {
-        let number = match child.get() {
+        self.looks.covers.get(self.place_of_cover(child) as usize)
+    }
+
+    /// The place of the cover of a child of a node among all, if it has one.
+    pub(super) fn place_of_cover(&self, child: Child) -> u32 {
+        match child.get() {
             Ok(item) => self.parts[item].cover,
             Err(node) => self.nodes[node].cover,
-        };
-        self.looks.covers.get(number as usize)
+        }
     }
 
     /// Keeps what was measured.

@@ -196,9 +196,9 @@ impl<'a> Tracer<'a> {
         tracer
     }
 
-    /// Whether a line is stopped anywhere, or below a node of the first super-node.
-    fn is_stopped(&mut self, line: &Ray, node: Option<Child>) -> bool {
-        self.trace_from(line, f64::INFINITY, Ask::Any, node);
+    /// Whether a line is stopped anywhere, or below a node of the first super-node, or by an item, in the frame of its own.
+    fn is_stopped(&mut self, line: &Ray, child: Option<Child>) -> bool {
+        self.trace_from(line, f64::INFINITY, Ask::Any, child);
         self.hits.found(0).is_some()
     }
 }
@@ -339,12 +339,12 @@ impl Tracer<'_> {
     }
 
     #[inline(always)]
-    fn trace_from(&mut self, ray: &Ray, end: f64, ask: Ask, node: Option<Child>) {
+    fn trace_from(&mut self, ray: &Ray, end: f64, ask: Ask, child: Option<Child>) {
         self.begin();
         let Self { level, held, single, hits, solids, .. } = self;
         hits.clear([end; PACKET]);
         let has_detail = hits.detail.is_some();
-        let Some(start) = Single::start(held, ray, node) else { return };
+        let Some(start) = Single::start(held, ray, child) else { return };
         let work = Work::default();
         let mut inquiry = Inquiry { held, ask, hits, solids, work };
         dispatch!(*level, simd => {

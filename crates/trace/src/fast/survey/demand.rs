@@ -75,27 +75,30 @@ impl Class {
     }
 }
 
-/// Measures all nodes of the first super-node of a block, which is a block of listed states.
-pub(in crate::fast) fn measure_nodes(source: &Blocks, block: &Arc<Compiled>, rounds: u8) -> Box<[Cover]> {
-    let mut covers = vec![Cover::ALL; block.nodes.len()];
-    let Some(demand) = source.on_demand() else { return covers.into() };
-    let lines = most(demand.class_count() * covers.len(), LINES_BELOW);
-    for node in block.nodes_of(0) {
-        let bounds = block.node_bounds(0, node);
-        if is_measured(&bounds) {
-            let width = SHARE * bounds.size().length();
-            let mut tracer = [Tracer::of_lines(source, Arc::clone(block), rounds - 1, width)];
-            let cells = cells(&mut tracer, Some(Child::node(node)), &bounds, lines);
-            covers[node] = Cover { cells, apart: 0.0 };
-        }
-    }
+/// Measures what is to be measured of a block of listed states.
+pub(in crate::fast) fn measure(source: &Blocks, block: &Arc<Compiled>, rounds: u8) -> Box<[Cover]> {
+    let Some(demand) = source.on_demand() else { unreachable!("all of the graph is measured ahead") };
+    let lines = most(demand.class_count() * block.measured.len(), LINES_BELOW);
     // Of a block, only the first super-node has slabs: the others are operands.
-    for (child, outline) in block.outlines() {
-        if let Err(node) = child.get() {
-            outline.narrow(&block.node_bounds(0, node), &mut covers[node]);
+    let outlines = block.outlines();
+    let cover = |child: &Child| {
+        let bounds = match child.get() {
+            Err(node) => block.node_bounds(0, node),
+            Ok(item) => block.parts[item].bounds,
+        };
+        if !is_measured(&bounds) {
+            return Cover::ALL;
         }
-    }
-    covers.into()
+        let width = SHARE * bounds.size().length();
+        let mut tracer = [Tracer::of_lines(source, Arc::clone(block), rounds - 1, width)];
+        let cells = cells(&mut tracer, Some(*child), &bounds, lines);
+        let mut cover = Cover { cells, apart: 0.0 };
+        if let Some((_, outline)) = outlines.iter().find(|(known, _)| known == child) {
+            outline.narrow(&bounds, &mut cover);
+        }
+        cover
+    };
+    block.measured.iter().map(cover).collect()
 }
 
 /// How many lines are drawn through each of so many boxes.
@@ -103,10 +106,10 @@ fn most(boxes: usize, lines: usize) -> usize {
     (ALL_LINES / boxes.max(1)).clamp(FEW_LINES * CELLS, lines * CELLS)
 }
 
-/// The share of the lines through a box that are stopped in what tracers begin with or in a node of it, by direction.
-fn cells(tracers: &mut [Tracer<'_>], node: Option<Child>, bounds: &Aabb, lines: usize) -> [f32; CELLS] {
+/// The share of the lines through a box that are stopped in what tracers begin with or in a child of it, by direction.
+fn cells(tracers: &mut [Tracer<'_>], child: Option<Child>, bounds: &Aabb, lines: usize) -> [f32; CELLS] {
     let count = tracers.len();
-    stopped(bounds, lines, |line, number| tracers[number % count].is_stopped(line, node))
+    stopped(bounds, lines, |line, number| tracers[number % count].is_stopped(line, child))
 }
 
 /// Whether a box stands for what is in it, or lines through it tell more. What is flat is a piece of a sheet: as there is
