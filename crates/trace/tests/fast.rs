@@ -92,6 +92,29 @@ fn definitions_that_are_used_twice_are_not_written_out_for_ever() {
     }
 }
 
+#[test]
+fn what_coincides_is_there_once() {
+    // Balls in a row, with each level two of one before: after forty, 2⁴⁰ balls in forty-one places.
+    let mut builder = GraphBuilder::new();
+    let n = builder.param("n", 40.0);
+    let symbol = builder.symbol("ROW");
+    let ball = builder.primitive(PrimitiveKind::Sphere, []);
+    let moved = builder.transform(TransformKind::Move, [4.0, 0.0, 0.0].map(Expr::from), symbol);
+    let both = builder.union([symbol, moved, symbol]);
+    let less = builder.calculate([(n, Expr::from(n) - 1.0)], both);
+    builder.rules(symbol, Some(Expr::choose(Expr::from(n).gt(0.0), 2.0, 1.0)), [ball, less]);
+    let graph = builder.finish(symbol).unwrap();
+    let boxes = exact(&graph, &Limits::default()).unwrap();
+    let scene = Accelerated::new(&graph, &boxes, Accelerated::DEFAULT_BUDGET).unwrap();
+    let mut tracer = scene.tracer();
+    for number in 0..41 {
+        let ray = Ray { origin: DVec3::new(4.0 * f64::from(number), 0.0, 9.0), direction: DVec3::NEG_Z };
+        assert_eq!(tracer.nearest(&ray).map(|hit| hit.t), Some(8.0));
+        assert!(tracer.nearest(&Ray { origin: ray.origin + DVec3::X * 2.0, ..ray }).is_none());
+    }
+    assert!(tracer.take_counters().primitive_tests < 100);
+}
+
 /// Cubes in a lattice, whose faces coincide exactly, and operators over them.
 #[derive(Clone, Debug)]
 enum Lattice {

@@ -7,14 +7,14 @@
 
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, VecDeque};
-use std::{iter, mem};
+use std::mem;
 
 use csg_graph::EvalError;
 use csg_graph_bounds::Aabb;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
 use super::compile::{Solid, index};
-use super::states::{Kind, Place, States};
+use super::states::{Identity, Kind, Place, States};
 
 /// The least number of items that a list is opened to.
 pub(super) const SHORTEST: usize = 8;
@@ -168,10 +168,10 @@ fn open(states: &mut States<'_>, start: Vec<Place>, length: usize) -> Result<Vec
     for slot in slots {
         queue.extend(list.union_at(states, slot, length)?);
     }
-    while list.places.len() < length
+    while list.count < length
         && let Some(Largest { place: slot, .. }) = queue.pop()
     {
-        if list.places.len() - 1 + states.part_count(list.place(slot)) > length {
+        if list.count - 1 + states.part_count(list.place(slot)) > length {
             continue;
         }
         for slot in list.open(states, slot)? {
@@ -197,15 +197,15 @@ fn open_alike(states: &mut States<'_>, start: Vec<Place>, length: usize) -> Resu
                 queue.push((union, target));
             }
         }
-        if list.places.len() >= length {
+        if list.count >= length {
             break;
         }
         let Some((_, target)) = queue.pop() else { break };
         let Some(mut unions) = alike.get_mut(&target).and_then(Option::take) else { continue };
-        let room = (length - list.places.len()) / (states.part_count(&Place::at(target)) - 1);
+        let room = (length - list.count) / (states.part_count(&Place::at(target)) - 1);
         if unions.len() <= room {
             alike.remove(&target);
-        } else if 2 * list.places.len() < length {
+        } else if 2 * list.count < length {
             unions.sort_unstable_by(|a, b| b.cmp(a));
             unions.truncate(room);
         } else {
@@ -220,8 +220,13 @@ fn open_alike(states: &mut States<'_>, start: Vec<Place>, length: usize) -> Resu
 
 /// A list in the making.
 struct List {
-    /// Each with the slot of the next one in the order of the graph.
-    places: Vec<(Place, Option<usize>)>,
+    /// Each with the slot of the next one in the order of the graph. A slot is empty if all parts of what was there were known.
+    slots: Vec<(Option<Place>, Option<usize>)>,
+    /// How many places there are.
+    count: usize,
+    /// All places that there ever were. One that coincides with another is left out: where recursion leads to the same place in
+    /// several ways, rays would meet some times as many with each level.
+    known: FxHashSet<Identity>,
 }
 
 impl List {
@@ -232,19 +237,26 @@ impl List {
         start: Vec<Place>,
         length: usize,
     ) -> Result<(Self, Vec<usize>), EvalError> {
-        let count = start.len();
-        let mut places = Vec::with_capacity(count.max(length.min(ROOM)));
-        places.extend(start.into_iter().zip((1..count).map(Some).chain([None])));
-        let mut list = Self { places };
-        let slots = match &list.places[..] {
-            [(place, _)] if states.is_union(place) => list.open(states, 0)?.collect(),
+        let room = start.len().max(length.min(ROOM));
+        let mut known = FxHashSet::with_capacity_and_hasher(room, FxBuildHasher);
+        let mut slots = Vec::with_capacity(room);
+        slots.extend(
+            start.into_iter().filter(|place| known.insert(place.identity())).map(|place| (Some(place), None)),
+        );
+        let count = slots.len();
+        for (next, (_, link)) in (1..count).zip(&mut slots) {
+            *link = Some(next);
+        }
+        let mut list = Self { slots, count, known };
+        let slots = match &list.slots[..] {
+            [(Some(place), _)] if states.is_union(place) => list.open(states, 0)?.collect(),
             _ => (0..count).collect(),
         };
         Ok((list, slots))
     }
 
     fn place(&self, slot: usize) -> &Place {
-        &self.places[slot].0
+        self.slots[slot].0.as_ref().expect("a slot in use")
     }
 
     /// The place in a slot, if it is a union of no more parts than a list may have.
@@ -262,35 +274,40 @@ impl List {
         Ok(Some(Largest { area: bounds.surface_area(), place: slot }))
     }
 
-    /// Replaces a union by its parts, and says in which slots they are. The first is in that of the union.
+    /// Replaces a union by those of its parts that are not known, and says in which slots they are. The first is in that of the
+    /// union.
     fn open(
         &mut self,
         states: &mut States<'_>,
         slot: usize,
     ) -> Result<impl Iterator<Item = usize> + use<>, EvalError> {
-        let (place, next) = &self.places[slot];
+        let Self { slots, count, known } = self;
+        let (Some(place), mut next) = mem::take(&mut slots[slot]) else { unreachable!("a slot in use") };
         let Kind::Union(parts) = states.resolve(place.target)? else {
             unreachable!("only unions are opened")
         };
-        let parts: Vec<Place> = parts.iter().map(|part| place.then(part)).collect();
-        let (mut next, free) = (*next, self.places.len());
+        let parts = parts.iter().map(|part| place.then(part));
+        let parts: Vec<Place> = parts.filter(|part| known.insert(part.identity())).collect();
+        *count = *count - 1 + parts.len();
+        let free = slots.len();
         let mut parts = parts.into_iter();
-        let first = parts.next().expect("a union has parts");
+        let first = parts.next();
         for part in parts.rev() {
-            self.places.push((part, next));
-            next = Some(self.places.len() - 1);
+            slots.push((Some(part), next));
+            next = Some(slots.len() - 1);
         }
-        self.places[slot] = (first, next);
-        Ok(iter::once(slot).chain(free..self.places.len()))
+        let in_its_slot = first.is_some().then_some(slot);
+        slots[slot] = (first, next);
+        Ok(in_its_slot.into_iter().chain(free..slots.len()))
     }
 
     /// Its places in the order of the graph.
     fn in_order(mut self) -> Vec<Place> {
-        let mut ordered = Vec::with_capacity(self.places.len());
-        let mut at = (!self.places.is_empty()).then_some(0);
+        let mut ordered = Vec::with_capacity(self.count);
+        let mut at = (!self.slots.is_empty()).then_some(0);
         while let Some(slot) = at {
-            let (place, next) = mem::replace(&mut self.places[slot], (Place::at(0), None));
-            ordered.push(place);
+            let (place, next) = mem::take(&mut self.slots[slot]);
+            ordered.extend(place);
             at = next;
         }
         ordered

@@ -71,6 +71,9 @@ pub(crate) struct Place {
     pub(crate) paint: Paint,
 }
 
+/// The same for places that nobody can tell from each other: all there is of them, but the map back of their map.
+pub(super) type Identity = (u32, [u64; 12], u32, Option<u32>, SmallVec<[(AttributeTerm, u64); 3]>);
+
 /// What paints something: each term once. A colour has three terms.
 pub(crate) type Paint = SmallVec<[(AttributeTerm, f64); 3]>;
 
@@ -327,6 +330,14 @@ impl Place {
             symbol: None,
             paint: Paint::new(),
         }
+    }
+
+    pub(super) fn identity(&self) -> Identity {
+        // Zero has two signs.
+        let bits = |value: f64| (value + 0.0).to_bits();
+        let map = self.target_from_above.to_cols_array().map(bits);
+        let paint = self.paint.iter().map(|(term, value)| (*term, bits(*value)));
+        (self.target, map, self.depth, self.symbol, paint.collect())
     }
 
     /// A place in the frame of this one's target, seen from above this one.
