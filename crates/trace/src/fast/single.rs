@@ -32,9 +32,24 @@ pub(super) struct Single {
 }
 
 impl Single {
-    /// Follows a ray of a packet from a child of the super-node that it is in.
-    #[inline(always)]
+    /// Follows a ray of a packet from a child of the super-node that it is in. Packets and rays that come alone share one
+    /// copy of what follows.
+    #[inline(never)]
     pub(super) fn trace<S: Simd, const DETAIL: bool>(
+        &mut self,
+        simd: S,
+        inquiry: &mut Inquiry<'_>,
+        lane: usize,
+        start: (Narrow, Child),
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.follow::<S, DETAIL>(simd, inquiry, lane, start),
+        );
+    }
+
+    #[inline(always)]
+    fn follow<S: Simd, const DETAIL: bool>(
         &mut self,
         simd: S,
         inquiry: &mut Inquiry<'_>,
@@ -131,12 +146,12 @@ impl Single {
         self.levels[at] = narrow;
     }
 
-    /// A ray at the root, or at a node of its tree.
+    /// A ray at the root, at a node of its tree, or in the super-node of an item at that.
     #[inline(always)]
-    pub(super) fn start(held: &Held<'_>, ray: &Ray, node: Option<Child>) -> Option<(Narrow, Child)> {
+    pub(super) fn start(held: &Held<'_>, ray: &Ray, child: Option<Child>) -> Option<(Narrow, Child)> {
         let block = held.block(ROOT);
         let root = &block.supers[0];
-        let child = node.or(root.root)?;
+        let child = child.or(root.root)?;
         let narrow = match child.get() {
             Ok(_) => Narrow::alone(*ray, ROOT, START),
             Err(_) => Narrow::new(*ray, root, ROOT, START, !block.slabs.is_empty())?,
