@@ -107,8 +107,16 @@ fn truth(condition: bool) -> f64 {
     f64::from(u8::from(condition))
 }
 
-/// The remainder with the sign of the divisor, always smaller than it in size.
+/// The remainder with the sign of the divisor, always smaller than it in size: where it would be rounded to the divisor, it is
+/// the next number before that.
+#[expect(clippy::float_cmp, reason = "rounded to the same number or not")]
 fn floored_remainder(a: f64, b: f64) -> f64 {
     let remainder = a % b;
-    if remainder != 0.0 && (remainder < 0.0) != (b < 0.0) { remainder + b } else { remainder }
+    if remainder == 0.0 || (remainder < 0.0) == (b < 0.0) {
+        return remainder;
+    }
+    match remainder + b {
+        sum if sum == b && b.is_finite() => b.signum() * b.abs().next_down(),
+        sum => sum,
+    }
 }

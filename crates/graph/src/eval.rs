@@ -8,7 +8,7 @@ use std::fmt;
 
 use crate::node::AttributeTerm;
 use crate::{
-    Env, Expr, Graph, Node, NodeId, Number, Operator, ParamId, Primitive, PrimitiveError, Transform,
+    Env, Expr, Graph, Node, NodeId, Number, Operator, Primitive, PrimitiveError, Transform,
 };
 
 /// A node together with the values of the parameters that are live there; dead parameters are blanked.
@@ -233,19 +233,13 @@ impl Graph {
     pub fn calculate(&self, id: NodeId, env: &mut Env) -> Result<(), EvalError> {
         let Node::Calculation(node) = self.node(id) else { panic!("{id:?} is no C-node") };
         for (index, (param, expr)) in node.assignments.iter().enumerate() {
-            // What nothing reads needs no value.
-            if self.liveness.is_live(node.body, *param)
-                || self.read_later(&node.assignments[index + 1..], *param)
-            {
+            // What nothing reads needs no value, and states need not have what it would be computed from.
+            if self.liveness.is_needed(id, index) {
                 let value = self.number(id, index, expr, env)?;
                 env.set(*param, value);
             }
         }
         Ok(())
-    }
-
-    fn read_later(&self, assignments: &[(ParamId, Expr)], param: ParamId) -> bool {
-        assignments.iter().any(|(_, expr)| expr.params().any(|read| read == param))
     }
 
     /// The transformation of the T-node `id` under `env`.

@@ -4,6 +4,7 @@
 //! together with live(child) less what the node assigns, iterated to the least fixed point. Parameters that no C-node
 //! assigns have one value everywhere; they never tell states apart and count as dead.
 
+use crate::node::Calculation;
 use crate::{Node, NodeId, ParamId};
 
 /// For each node, a set of parameters as a row of bits.
@@ -13,6 +14,8 @@ pub(crate) struct Liveness {
     rows: Vec<u64>,
     /// One more row: the parameters that some C-node assigns.
     assigned: Vec<u64>,
+    /// For each C-node, whether its assignments are read, by a later one that is or below.
+    needed: Vec<Box<[bool]>>,
 }
 
 impl Liveness {
@@ -24,15 +27,27 @@ impl Liveness {
                 calculation.assignments.iter().for_each(|(param, _)| insert(&mut assigned, *param));
             }
         }
-        let mut liveness = Self { words, rows: vec![0; words * nodes.len()], assigned };
+        let rows = vec![0; words * nodes.len()];
+        let mut liveness = Self { words, rows, assigned, needed: vec![Box::default(); nodes.len()] };
         if words > 0 {
             liveness.iterate(nodes);
+        }
+        for (index, node) in nodes.iter().enumerate() {
+            if let Node::Calculation(calculation) = node {
+                let mut live = liveness.row(calculation.body.index()).to_vec();
+                liveness.needed[index] = calculation.read_backwards(&mut live);
+            }
         }
         liveness
     }
 
     pub(crate) fn is_live(&self, node: NodeId, param: ParamId) -> bool {
         self.row(node.index())[param.index() / 64] >> (param.index() % 64) & 1 != 0
+    }
+
+    /// Whether anything reads what a C-node assigns, of several assignments with this index.
+    pub(crate) fn is_needed(&self, calculation: NodeId, index: usize) -> bool {
+        self.needed[calculation.index()][index]
     }
 
     /// The parameters that some C-node assigns and that no state of the node has a value for.
@@ -86,19 +101,29 @@ impl Liveness {
             live.iter_mut().zip(self.row(child.index())).for_each(|(live, below)| *live |= below);
         }
         if let Node::Calculation(calculation) = node {
-            // Backwards: an assignment to a dead parameter reads nothing.
-            for (param, expr) in calculation.assignments.iter().rev() {
-                let (word, bit) = (param.index() / 64, 1 << (param.index() % 64));
-                if live[word] & bit != 0 {
-                    live[word] &= !bit;
-                    expr.params().for_each(|read| insert(&mut live, read));
-                }
-            }
+            calculation.read_backwards(&mut live);
         } else {
             node.exprs().into_iter().flat_map(|expr| expr.params()).for_each(|read| insert(&mut live, read));
         }
         live.iter_mut().zip(&self.assigned).for_each(|(live, assigned)| *live &= assigned);
         live
+    }
+}
+
+impl Calculation {
+    /// From what is live below to what is live here, and which assignments are needed for that: one to a dead parameter
+    /// reads nothing.
+    fn read_backwards(&self, live: &mut [u64]) -> Box<[bool]> {
+        let mut needed = vec![false; self.assignments.len()];
+        for (is_needed, (param, expr)) in needed.iter_mut().zip(&self.assignments).rev() {
+            let (word, bit) = (param.index() / 64, 1 << (param.index() % 64));
+            *is_needed = live[word] & bit != 0;
+            if *is_needed {
+                live[word] &= !bit;
+                expr.params().for_each(|read| insert(live, read));
+            }
+        }
+        needed.into()
     }
 }
 

@@ -51,6 +51,26 @@ fn tower(n: f64) -> csg_graph::Graph {
 }
 
 #[test]
+fn what_is_computed_for_nobody_need_not_be_known() {
+    // The last assignment is to what nothing reads, so that nothing reads the two before it, nor what they are computed from.
+    let mut b = GraphBuilder::new();
+    let [n, first, second, third] = [("n", 3.0), ("first", 1.0), ("second", 0.0), ("third", 0.0)]
+        .map(|(name, value)| b.param(name, value));
+    let symbol = b.symbol("CT");
+    let ball = b.primitive(PrimitiveKind::Sphere, []);
+    let assignments = [
+        (n, Expr::from(n) - 1.0),
+        (first, Expr::from(first) + 1.0),
+        (second, first.into()),
+        (third, second.into()),
+    ];
+    let rest = b.calculate(assignments, symbol);
+    b.rules(symbol, Some(Expr::choose(Expr::from(n).gt(0.0), 2.0, 1.0)), [ball, rest]);
+    let graph = b.finish(symbol).expect("it is sound");
+    assert_eq!(graph.analyse(&Limits::default()).expect("it ends").depth, 4);
+}
+
+#[test]
 fn a_tower_of_100_000_levels_needs_no_machine_stack() {
     let analysis = tower(100_000.0).analyse(&Limits::default()).unwrap();
     assert_eq!(analysis.primitives, 100_000_u32.into());

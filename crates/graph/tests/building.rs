@@ -17,6 +17,8 @@ fn expressions_follow_the_language() {
     let e = Expr::from;
     assert_eq!(value(e(-1.0) % 8.0), 7.0);
     assert_eq!(value(e(7.5) % -2.0), -0.5);
+    assert_eq!(value(e(-1e-20) % 3.0), 3.0_f64.next_down());
+    assert_eq!(value(e(1e-20) % -3.0), -3.0_f64.next_down());
     assert_eq!(value(Expr::binary(Binary::Power, 2.0, -1.0)), 0.5);
     assert_eq!(value(Expr::unary(Unary::Not, 3.0)), 0.0);
     assert_eq!(value(Expr::call(Function::Sin, [e(-90.0)])), -1.0);
