@@ -304,6 +304,22 @@ fn beside_a_ball(one: PrimitiveKind, other: PrimitiveKind, offset: [f64; 3]) -> 
 }
 
 #[test]
+fn where_a_query_gives_up_the_gap_is_that_of_the_boxes() {
+    // What is in common of a ball and itself turned, again and again: each level has a query for twice as many.
+    let mut builder = GraphBuilder::new();
+    let mut solid = builder.primitive(Sphere, []);
+    for _ in 0..17 {
+        let one = builder.transform(Move, [0.2, 0.0, 0.0].map(Expr::from), solid);
+        let one = builder.transform(RotZ, [40.0.into()], one);
+        let other = builder.transform(Move, [0.0, 0.1, 0.0].map(Expr::from), solid);
+        let other = builder.transform(RotX, [23.0.into()], other);
+        solid = builder.operator(Operator::Intersection, one, other);
+    }
+    let found = boxes(&builder.finish(solid).unwrap());
+    assert!(found.gap <= 4.0, "{}", found.gap);
+}
+
+#[test]
 fn operands_that_are_apart_leave_nothing() {
     let ball = aabb([-0.01; 3], [0.01; 3]);
     // The boxes of these octahedra overlap where they are, and lie apart where they are turned, under the union.

@@ -393,6 +393,27 @@ fn oriented_boxes_of_round_bodies() {
     assert_eq!(Obb::from_point_set(&PointSet::cube()), Obb::from(Aabb::new(DVec3::NEG_ONE, DVec3::ONE)));
 }
 
+#[test]
+fn oriented_boxes_whose_squares_are_no_numbers() {
+    let turn = DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.7);
+    for size in [1e-160, 1e160] {
+        let corner = |x, y, z| turn * DVec3::new(x, 2.0 * y, 3.0 * z) * size;
+        let signs = [-1.0, 1.0];
+        let points: Vec<DVec3> = signs
+            .into_iter()
+            .flat_map(|x| signs.into_iter().flat_map(move |y| signs.map(|z| corner(x, y, z))))
+            .collect();
+        let found = Obb::from_point_set(&PointSet::from(points.as_slice()));
+        let frame = found.world_from_box();
+        let off = (frame.transpose() * frame - DMat3::IDENTITY).to_cols_array();
+        assert!(off.iter().all(|entry| entry.abs() < 1e-15), "{off:?}");
+        assert!(
+            points.iter().all(|point| found.contains(*point) && found.aabb().contains(*point)),
+            "{found:?}"
+        );
+    }
+}
+
 /// A point, a segment and a triangle: what is left has no volume, but is there.
 #[test]
 fn flat_solids() {

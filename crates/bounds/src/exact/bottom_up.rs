@@ -194,5 +194,6 @@ pub(super) fn support<S: Shape>(
         return Support { upper: outer, gap: uncertain(gap) };
     }
     let Found { lower, upper } = search.support(solids, &part, direction, outer, tolerance);
-    Support { upper: (upper + error).next_up().min(outer), gap: upper - lower }
+    // Above an intersection, a query that reached its limit knows nothing from below.
+    Support { upper: (upper + error).next_up().min(outer), gap: (upper - lower).min(uncertain(gap)) }
 }

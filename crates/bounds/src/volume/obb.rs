@@ -70,11 +70,12 @@ impl Obb {
     /// The smaller by surface area of the axis-aligned box and the box in the frame that is best about a few points.
     fn best(extremal: &[DVec3], mut support: impl FnMut(DVec3) -> f64) -> Self {
         let aligned = Self::from(Aabb::from_support(&mut support));
+        let extremal = in_unit(extremal);
         let area = |frame: &DMat3| {
             let box_from_world = frame.transpose();
             Aabb::from_points(extremal.iter().map(|point| box_from_world * point)).surface_area()
         };
-        let judged = frames(extremal).into_iter().map(|frame| (area(&frame), frame));
+        let judged = frames(&extremal).into_iter().map(|frame| (area(&frame), frame));
         let oriented =
             judged.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, best)| Self::in_frame(best, support));
         oriented.filter(|found| found.surface_area() < GAIN * aligned.surface_area()).unwrap_or(aligned)
@@ -105,12 +106,22 @@ fn farthest(points: &[DVec3], direction: DVec3) -> DVec3 {
     *points.iter().max_by(farther).expect("there is a point")
 }
 
-/// The frames of all edges and triangles of points.
+/// Points moved to the origin and made a unit large, so that squares of their distances are numbers; none if they are nowhere
+/// or in one place.
+fn in_unit(points: &[DVec3]) -> Vec<DVec3> {
+    let all = Aabb::from_points(points.iter().copied());
+    let size = all.size().max_element();
+    if !size.is_normal() {
+        return Vec::new();
+    }
+    points.iter().map(|point| (point - all.min) / size).collect()
+}
+
+/// The frames of all edges and triangles of points that are a unit large.
 fn frames(points: &[DVec3]) -> Vec<DMat3> {
-    let same = SAME * Aabb::from_points(points.iter().copied()).size().max_element();
     let mut apart: Vec<DVec3> = Vec::new();
     for point in points {
-        if apart.iter().all(|other| (point - other).abs().max_element() > same) {
+        if apart.iter().all(|other| (point - other).abs().max_element() > SAME) {
             apart.push(*point);
         }
     }
