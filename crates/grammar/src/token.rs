@@ -123,6 +123,7 @@ pub(crate) fn lex(source: &str, diagnostics: &mut Vec<Diagnostic>) -> Lexed {
         if kind == Kind::ForeignComment {
             let width = if source[span.start..].starts_with('#') { 1 } else { 2 };
             diagnostics.push(strange(source, Span { start: span.start, end: span.start + width }));
+            after_garbage = is_colour(source, span.start);
             continue;
         }
         if kind == Kind::Comment {
@@ -157,12 +158,23 @@ const LOOKALIKES: [(&str, &str); 13] = [
     ("]", ")"),
 ];
 
+/// Whether a colour is there as other languages write it: `#ff8000`.
+fn is_colour(source: &str, at: usize) -> bool {
+    let digits = source[at..]
+        .strip_prefix('#')
+        .map_or("", |rest| rest.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default());
+    [3, 4, 6, 8].contains(&digits.len()) && digits.chars().all(|c| c.is_ascii_hexdigit())
+}
+
 fn strange(source: &str, span: Span) -> Diagnostic {
     let text = &source[span.range()];
     let first = text.chars().next().unwrap_or_default();
     let meant = LOOKALIKES.iter().find(|(strange, _)| strange.contains(first)).map(|(_, meant)| *meant);
     let help = match (meant, first) {
         (Some(meant), _) => Some(format!("write `{meant}`")),
+        _ if is_colour(source, span.start) => {
+            Some("a colour is three numbers, red, green and blue, from 0 to 1: `(1, 0.5, 0)`".to_owned())
+        }
         (None, '#' | '/') => Some("a comment begins with `//` and ends with the line".to_owned()),
         (None, _) => None,
     };

@@ -97,17 +97,22 @@ fn overrides_are_told_with_their_own_text() {
 
 #[test]
 fn doubts_are_no_errors() {
-    let source = "{ n = 1; _spare = 2; } A\nA -> sphere\nB -> cube\npart = cube";
+    let source =
+        "{ n = 1; k = 3; _spare = 2; } A\nA -> sphere | {k = k - 1} uscale(0.5) A\nB -> cube\npart = cube";
     let warnings = load(source, &[]).unwrap().warnings;
     let told: Vec<_> = warnings.iter().map(|warning| warning.message.as_str()).collect();
     assert_eq!(
         told,
         [
             "parameter `n` is set and never read",
+            "parameter `k` is set and never read",
             "the axiom does not lead to `B`",
             "the axiom does not lead to `part`"
         ]
     );
+    let help: Vec<_> = warnings.iter().filter_map(|warning| warning.help.as_deref()).collect();
+    assert_eq!(help.len(), 1);
+    assert!(help[0].contains("`TREE if(k > 0, 2, 1)`"), "{help:?}");
 }
 
 #[test]

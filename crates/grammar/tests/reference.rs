@@ -1,10 +1,19 @@
 //! `docs/language.md` says what the code does. Published crates do not carry it; then there is nothing to test.
 
+use std::fs;
+use std::path::Path;
+
 use csg_graph::{Function, NORMAL_REACH, PrimitiveKind, TransformKind};
 use csg_graph_grammar::{load, parse, print};
 
 fn reference() -> Option<String> {
-    std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/language.md")).ok()
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = fs::read_to_string(package.join("../../docs/language.md"));
+    // Cargo puts that file into what it publishes.
+    text.map(Some).unwrap_or_else(|error| {
+        assert!(package.join("Cargo.toml.orig").exists(), "docs/language.md: {error}");
+        None
+    })
 }
 
 /// The rows of the table that follows a heading, as `signature` and summary.

@@ -1,6 +1,6 @@
 //! Arguments of solids and prefixes: as many as a signature asks for, of the shape that it asks for.
 
-use csg_graph::{AttributeTerm, Expr};
+use csg_graph::{AttributeTerm, Expr, ParamId};
 
 use super::Lowering;
 use super::expr::count;
@@ -41,6 +41,25 @@ impl Lowering<'_> {
         let (exprs, spans) = self.exprs(args.iter().map(|arg| arg.value))?;
         let terms = seen.into_iter().map(|(term, _)| term).collect();
         sound.then_some((terms, exprs, spans))
+    }
+
+    /// The parameters of a calculation, with their expressions and where those are.
+    pub(super) fn calculation(
+        &mut self,
+        assignments: &[Assignment],
+    ) -> Option<(Vec<ParamId>, Vec<Expr>, Vec<Span>)> {
+        let tree = self.tree;
+        let (mut params, mut exprs) = (Vec::new(), Vec::new());
+        for Assignment { name, value } in assignments {
+            let param = self.scope.get(tree.text(*name));
+            self.scope.count(param);
+            params.push(param);
+            exprs.push(self.scope.expr(tree, &self.chance.sites, *value, &mut self.diagnostics));
+        }
+        self.scope.count(None);
+        let params = params.into_iter().collect::<Option<_>>()?;
+        let exprs = exprs.into_iter().collect::<Option<_>>()?;
+        Some((params, exprs, assignments.iter().map(|assignment| tree.expr_span(assignment.value)).collect()))
     }
 
     /// Expressions, with the places where they are.

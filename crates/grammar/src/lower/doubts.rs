@@ -43,7 +43,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Doubts about parameters that are set and never read.
+    /// Doubts about parameters that are set and never read, or by what sets them alone.
     pub(super) fn unused_parameters(&mut self) {
         let tree = self.tree;
         let initial = tree.parameters().assignments.iter();
@@ -54,22 +54,29 @@ impl Lowering<'_> {
             },
             _ => None,
         });
+        let counted: BTreeSet<&str> =
+            calculated.clone().flatten().map(|assignment| tree.text(assignment.name)).collect();
         let mut seen: BTreeSet<&str> = BTreeSet::new();
         for span in initial.chain(calculated.flatten()).map(|assignment| assignment.name) {
             let name = tree.text(span);
             let unread = self.scope.get(name).is_some_and(|param| !self.scope.is_read(param));
-            if unread && !name.starts_with('_') && seen.insert(name) {
-                let is_read =
-                    |other: &&str| self.scope.get(other).is_some_and(|param| self.scope.is_read(param));
-                let others = self.scope.names().filter(is_read);
-                let meant =
-                    guess(&self.diagnostics, name, others).map(|other| format!("did you mean `{other}`?"));
-                self.diagnostics.push(
-                    Diagnostic::warning(span, format!("parameter `{name}` is set and never read"))
-                        .label("never read")
-                        .help_if(meant),
-                );
+            if !unread || name.starts_with('_') || !seen.insert(name) {
+                continue;
             }
+            let is_read = |other: &&str| self.scope.get(other).is_some_and(|param| self.scope.is_read(param));
+            let others = self.scope.names().filter(is_read);
+            let help = match guess(&self.diagnostics, name, others) {
+                Some(other) => Some(format!("did you mean `{other}`?")),
+                None if counted.contains(name) => Some(format!(
+                    "a recursion ends where a selection function reads what it counts, as in `TREE if({name} > 0, 2, 1)`"
+                )),
+                None => None,
+            };
+            self.diagnostics.push(
+                Diagnostic::warning(span, format!("parameter `{name}` is set and never read"))
+                    .label("never read")
+                    .help_if(help),
+            );
         }
     }
 }

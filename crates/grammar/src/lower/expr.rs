@@ -23,6 +23,8 @@ pub(super) struct Scope<'t> {
     reported: BTreeSet<String>,
     /// The parameter whose initial value is being translated.
     own: Option<&'t str>,
+    /// And the one that a calculation is giving a value: that it reads itself there is no use of it.
+    counted: Option<ParamId>,
     /// Parameters that will be known further down.
     later: BTreeSet<&'t str>,
     /// Symbols and macros: known names, but not of numbers.
@@ -61,6 +63,11 @@ impl<'t> Scope<'t> {
 
     pub(super) fn get(&self, name: &str) -> Option<ParamId> {
         self.params.get(name).copied()
+    }
+
+    /// What a calculation gives to this parameter follows, or its end.
+    pub(super) fn count(&mut self, param: Option<ParamId>) {
+        self.counted = param;
     }
 
     pub(super) fn is_read(&self, param: ParamId) -> bool {
@@ -152,7 +159,9 @@ impl<'t> Scope<'t> {
             return Some(Expr::from(std::f64::consts::PI));
         }
         if let Some(param) = self.get(name) {
-            self.read.insert(param);
+            if self.counted != Some(param) {
+                self.read.insert(param);
+            }
             return Some(Expr::from(param));
         }
         if self.reported.insert(name.to_owned()) {

@@ -162,11 +162,8 @@ impl Lowering<'_> {
             }
             PrefixKind::Calculation(assignments) if assignments.is_empty() => return body,
             PrefixKind::Calculation(assignments) => {
-                let (exprs, spans) = self.exprs(assignments.iter().map(|assignment| assignment.value))?;
-                let params =
-                    assignments.iter().map(|assignment| self.scope.get(self.tree.text(assignment.name)));
-                let params: Option<Vec<_>> = params.collect();
-                (self.builder.calculate(params?.into_iter().zip(exprs), body?), spans)
+                let (params, exprs, spans) = self.calculation(assignments)?;
+                (self.builder.calculate(params.into_iter().zip(exprs), body?), spans)
             }
         };
         self.sources.record(node, prefix.span, spans);
