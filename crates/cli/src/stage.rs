@@ -23,6 +23,8 @@ pub(crate) struct Stage<'a> {
     pub(crate) regime: Regime,
     pub(crate) prepared: Prepared<'a>,
     camera: Camera,
+    /// How many times as wide as high the picture is.
+    aspect: f64,
     lights: Vec<Light>,
 }
 
@@ -49,7 +51,7 @@ impl<'a> Stage<'a> {
         let aspect = f64::from(settings.width) / f64::from(settings.height);
         let camera = camera(&loaded.scene.look, aspect, || framed(loaded, &regime))?;
         let lights = lights(&loaded.scene.look, &loaded.scene.graph, &camera);
-        Ok(Self { loaded, plan, regime, prepared, camera, lights })
+        Ok(Self { loaded, plan, regime, prepared, camera, aspect, lights })
     }
 
     pub(crate) fn world(&self) -> World<'_> {
@@ -63,7 +65,7 @@ impl<'a> Stage<'a> {
 
     /// Moves the camera so many times closer to the smallest part in sight.
     pub(crate) fn zoom(&mut self, factor: f64) -> Result<(), Failure> {
-        self.camera = zoom(&self.world(), factor).map_err(|error| self.failure(error))?;
+        self.camera = zoom(&self.world(), self.aspect, factor).map_err(|error| self.failure(error))?;
         Ok(())
     }
 

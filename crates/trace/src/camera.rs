@@ -56,7 +56,8 @@ impl Camera {
     /// A three-quarter view in which `bounds` just fits, with a small margin, z up. `aspect` is width over height.
     ///
     /// All corners of the box are in view, with equal margins left and right and above and below. A box that is empty,
-    /// unbounded or a single point is taken as one of extent 2 about its centre.
+    /// unbounded or a single point is taken as one of extent 2 about its centre. The field of view is across, in degrees between 0
+    /// and 180, and the aspect is the width by the height.
     ///
     /// ```
     /// use csg_graph_bounds::Aabb;
@@ -182,7 +183,7 @@ impl Lens {
         }
     }
 
-    /// The rays through some columns and rows of pixels.
+    /// The rays through some columns and rows of pixels, at least one each, counted from the upper left corner.
     pub fn beam(&self, columns: &Range<u32>, rows: &Range<u32>) -> Beam {
         let [x, y] = [columns.start, rows.start].map(f64::from);
         let corner = self.ray(x, y).direction;

@@ -2,7 +2,8 @@
 
 use std::ops::AddAssign;
 
-/// Counts over some rays. Those of a whole picture are sums over its tiles, the same for any number of threads.
+/// Counts over some rays. Those of a whole picture are sums over its tiles, the same for any number of threads. The compiled
+/// engine counts rays and tests, and its boxes are those of its own trees.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Rays asked for their nearest hit.
@@ -11,7 +12,7 @@ pub struct Counters {
     pub shadow_rays: u64,
     /// Nodes that a ray came to; each has its box tested first, if there are boxes.
     pub nodes_visited: u64,
-    /// Rays tested against hyper boxes.
+    /// Rays tested against boxes.
     pub box_tests: u64,
     /// Those tests that ended a branch.
     pub boxes_missed: u64,

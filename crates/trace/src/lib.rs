@@ -31,14 +31,15 @@
 //! With the hyper boxes of `csg-graph-bounds` the same ray visits fewer nodes and has the same hit, to the last bit.
 //! [`render`] does this for all pixels.
 //!
-//! # Two engines
+//! # Engines
 //!
 //! The [`Walk`] asks one node after the other, as the paper does. It is small and obviously right, and what a faster
 //! engine is compared with: [`Accelerated`] is the graph compiled for rays. Every state is evaluated once, states are
 //! opened into lists of some hundred parts with a tree of exact boxes each, and [`PACKET`] rays go through them together,
 //! by vector instructions where the machine has them. It takes some hundred kilobytes for any depth of recursion, and
 //! its hits are those of the walk, up to the rounding of products of transformations. What is below ∩ and \\ is compiled
-//! as well, and followed from boundary to boundary, no further than to the first that is seen.
+//! as well, and followed from boundary to boundary, no further than to the first that is seen. [`Grid`] is the paper's own
+//! acceleration of its walk, to be compared with.
 //!
 //! ```
 //! use csg_graph::{GraphBuilder, PrimitiveKind};

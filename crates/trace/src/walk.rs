@@ -373,10 +373,13 @@ fn normal_map(transform: &Transform) -> DMat3 {
 pub(crate) const ORDINARY: std::ops::Range<f64> = 1e-200..1e200;
 
 /// The vector at length 1, also where the square of its length leaves the range of numbers; `None` if it has no direction.
+/// Its zeros are positive: which sign they would have is a matter of the way to them, and paths of light go by it.
 pub(crate) fn unit(vector: DVec3) -> Option<DVec3> {
     let squared_length = vector.length_squared();
-    if ORDINARY.contains(&squared_length) {
-        return Some(vector / squared_length.sqrt());
-    }
-    (vector / vector.abs().max_element()).try_normalize()
+    let unit = if ORDINARY.contains(&squared_length) {
+        Some(vector / squared_length.sqrt())
+    } else {
+        (vector / vector.abs().max_element()).try_normalize()
+    };
+    unit.map(|unit| unit + DVec3::ZERO)
 }

@@ -18,6 +18,18 @@ impl<'a, R: AsRef<[Ray]> + ?Sized> From<&'a R> for Batch<'a> {
     }
 }
 
+impl Batch<'_> {
+    /// Whether directions are about as long as each other. Their parameters have one scale, in single precision.
+    pub(super) fn has_one_scale(&self) -> bool {
+        /// Of squares of lengths.
+        const SPREAD: f64 = 1e12;
+        let squares = self.rays.iter().map(|ray| ray.direction.length_squared());
+        let both = |[least, most]: [f64; 2], square: f64| [least.min(square), most.max(square)];
+        let [least, most] = squares.fold([f64::INFINITY, 0.0], both);
+        self.beam.is_some() || most <= SPREAD * least
+    }
+}
+
 impl Beam {
     /// Rays of the beam; others may miss what they would meet. The way that all rays of the beam have in common is gone once
     /// for all batches of the same beam that follow each other, and is no part of what is [counted](crate::Counters).

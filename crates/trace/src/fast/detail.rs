@@ -171,6 +171,11 @@ impl Detail {
         (self.footprint, self.finest) = (small, finest);
     }
 
+    /// What is small.
+    pub(super) fn footprint(&self) -> Footprint {
+        self.footprint
+    }
+
     /// At the root, with other rays.
     pub(super) fn clear(&mut self) {
         self.left = [None; LANES];

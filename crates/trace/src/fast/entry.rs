@@ -14,7 +14,7 @@ use csg_graph_bounds::Aabb;
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3Swizzles};
 
 use super::compile::Content;
-use super::detail::Detail;
+use super::detail::{Detail, Footprint};
 use super::frame::DRIFT;
 use super::held::Held;
 use super::hits::{Hits, Place, ROOT, START, Trail};
@@ -83,8 +83,9 @@ pub(super) struct Entries {
     pub(super) list: Vec<Entry>,
     /// The ways to them.
     pub(super) trail: Trail,
-    /// The beam that they are for.
+    /// The beam that they are for, and what was small then.
     beam: Option<Beam>,
+    small: Option<Footprint>,
 }
 
 /// A super-node that a beam may look into.
@@ -294,10 +295,11 @@ impl Entries {
 
     /// Those of the rays of a beam, unless they are known.
     pub(super) fn aim(&mut self, held: &Held<'_>, hits: &mut Hits, beam: &Beam) {
-        if self.beam == Some(*beam) && self.trail.is_for(hits) {
+        let small = hits.detail.as_ref().map(Detail::footprint);
+        if self.beam == Some(*beam) && self.small == small && self.trail.is_for(hits) {
             return;
         }
-        self.beam = Some(*beam);
+        (self.beam, self.small) = (Some(*beam), small);
         self.list.clear();
         hits.clear([0.0; LANES]);
         let root = Entry::root(held).map(|entry| {

@@ -196,14 +196,18 @@ impl<'a> Tracer<'a> {
         tracer
     }
 
-    /// Whether a line is stopped anywhere, or below a node of the first super-node, or by an item, in the frame of its own.
+    /// Whether a line is stopped anywhere, or below a node of the first super-node, or by an item, in the frame of its own. What
+    /// is wrong there stops it: how much of it would is not to be known.
     fn is_stopped(&mut self, line: &Ray, child: Option<Child>) -> bool {
         self.trace_from(line, f64::INFINITY, Ask::Any, child);
-        self.hits.found(0).is_some()
+        self.hits.found(0).is_some() || self.held.is_void()
     }
 }
 
 /// Traces rays through a compiled graph.
+///
+/// Queries do not fail. Where one has come to what has no value, or to no end, [`Tracer::take_fault`] says so; until it is asked,
+/// the queries that follow may find nothing.
 #[derive(Debug)]
 pub struct Tracer<'a> {
     level: Level,
@@ -260,7 +264,7 @@ impl Tracer<'_> {
     fn nearest_alone(&mut self, ray: &Ray) -> Option<Hit> {
         self.trace_one(ray, f64::INFINITY, Ask::Nearest);
         let place = self.hits.found(0)?;
-        let place = self.face(place, ray, self.hits.t.0[0]);
+        let place = self.face(place, ray, self.hits.t.0[0])?;
         self.last = Some(place);
         self.hit(0, place, ray)
     }
@@ -358,10 +362,14 @@ impl Tracer<'_> {
         self.note(work);
     }
 
-    /// Traces rays together. If they come to more than is held at one time, each has to go alone, and it says `false`.
+    /// Traces rays together. If they come to more than is held at one time, or have nothing in common, each has to go alone, and
+    /// it says `false`.
     fn trace_packet(&mut self, batch: Batch<'_>, end: impl Fn(usize) -> f64, ask: Ask) -> bool {
         let Batch { rays, beam } = batch;
         assert!(rays.len() <= PACKET, "a packet has {PACKET} rays");
+        if !batch.has_one_scale() {
+            return false;
+        }
         self.begin();
         let Self { level, held, packet, hits, solids, root, entries, .. } = self;
         let Some(last) = rays.len().checked_sub(1) else {

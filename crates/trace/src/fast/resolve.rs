@@ -115,29 +115,32 @@ impl Tracer<'_> {
         Hit { t, point: world_ray.at(t), normal, surface, node, depth }
     }
 
-    /// The face of the solid at a place that a ray of the world meets at t; of anything else, itself.
+    /// The face of the solid at a place that a ray of the world meets at t; of anything else, itself. None where what was
+    /// found is void.
     #[inline(always)]
-    pub(super) fn face(&mut self, place: Place, world_ray: &Ray, t: f64) -> Place {
+    pub(super) fn face(&mut self, place: Place, world_ray: &Ray, t: f64) -> Option<Place> {
         if place.is_small {
-            return place;
+            return Some(place);
         }
         let item = self.held.item(self.hits.block(place.way), place.item);
-        let Content::Solid(solid) = item.content else { return place };
+        let Content::Solid(solid) = item.content else { return Some(place) };
         let Self { level, held, hits, faces, .. } = self;
         let face = dispatch!(*level, simd => faces.find(simd, held, hits, place, world_ray, t));
-        face.unwrap_or_else(|| self.face_come_to(place, solid, world_ray, t))
+        face.or_else(|| self.face_come_to(place, solid, world_ray, t))
     }
 
     /// The same if no operand has a face there. The box that stands for a small part in the frame of that juts out of the boxes
     /// around it, which touch what is in there: the point may be in the first of them and not in the others.
     #[inline(never)]
-    fn face_come_to(&mut self, place: Place, solid: u32, world_ray: &Ray, t: f64) -> Place {
+    fn face_come_to(&mut self, place: Place, solid: u32, world_ray: &Ray, t: f64) -> Option<Place> {
+        if self.held.is_void() {
+            return None;
+        }
         let ray = self.descend(place, world_ray);
         let Self { level, held, hits, solids, .. } = self;
-        assert!(hits.detail.is_some() || held.is_void(), "a solid has a face where a ray meets it");
+        assert!(hits.detail.is_some(), "a solid has a face where a ray meets it");
         let come_to = dispatch!(*level, simd => solids.first(simd, held, hits, (solid, place), &ray, t));
-        // Where operators lead on and on, what was found is void.
-        come_to.map_or(place.as_box(), |(_, face)| face)
+        come_to.map(|(_, face)| face)
     }
 
     /// A ray of the world in the frame of an item.

@@ -4,6 +4,7 @@
 //! arithmetic is done in vectors, operation by operation that of a ray alone.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f64x8};
+use glam::DVec3;
 
 use super::compile::Content;
 use super::hits::Place;
@@ -40,9 +41,11 @@ impl Tracer<'_> {
         let mut places = [Place::NONE; LANES];
         let mut left: Mask = 0;
         for (lane, ray) in rays.iter().enumerate() {
-            if let Some(place) = self.hits.found(lane) {
-                places[lane] = self.face(place, ray, self.hits.t.0[lane]);
-                self.last = Some(places[lane]);
+            if let Some(place) = self.hits.found(lane)
+                && let Some(place) = self.face(place, ray, self.hits.t.0[lane])
+            {
+                places[lane] = place;
+                self.last = Some(place);
                 left |= 1 << lane;
             }
         }
@@ -116,7 +119,8 @@ impl Tracer<'_> {
             let is_ordinary = squared_length.simd_ge(f64x8::splat(simd, walk::ORDINARY.start))
                 & squared_length.simd_lt(f64x8::splat(simd, walk::ORDINARY.end));
             ordinary |= bits(is_ordinary) << (half * HALF);
-            together.normals.set_half(half, normal.divide(squared_length.sqrt()));
+            // With positive zeros, as `walk::unit` has them.
+            together.normals.set_half(half, normal.divide(squared_length.sqrt()).offset(DVec3::ZERO));
         }
         Some(ordinary)
     }

@@ -69,6 +69,7 @@ impl Child {
 /// # Panics
 /// If there are no boxes.
 pub(super) fn build(boxes: &[Aabb], first: usize, nodes: &mut Vec<Node>) -> Child {
+    assert!(!boxes.is_empty(), "a tree of nothing");
     if (2..=WIDTH).contains(&boxes.len()) {
         let mut node = Node::EMPTY;
         boxes.iter().enumerate().for_each(|(at, bounds)| node.put(at, Child::item(first + at), *bounds));
