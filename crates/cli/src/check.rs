@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use csg_graph::{Analysis, Graph, Node, StatesError, SymbolState};
+use csg_graph::{Analysis, StatesError, SymbolState};
 use csg_graph_bounds::Aabb;
 use serde::Serialize;
 
 use crate::args::{CheckArgs, Format, USUAL_MEMORY};
-use crate::load::{Loaded, load};
+use crate::load::{Loaded, MAX_STATES, load};
 use crate::regime::listing_bytes;
 use crate::text::{grouped, json};
 use crate::{Failure, bounds, print};
@@ -96,11 +96,9 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
 /// may still be one.
 fn vast(args: &CheckArgs, loaded: &Loaded, error: &StatesError, limit: usize) -> Result<(), Failure> {
     let graph = &loaded.scene.graph;
-    let envelopes = loaded.envelopes("--max-states")?;
+    let envelopes = loaded.envelopes(MAX_STATES)?;
     let root = loaded.refined_box(&envelopes)?;
-    if !graph.nodes().any(|(_, node)| node.exprs().iter().any(|expr| expr.is_erratic())) {
-        loaded.warn(error);
-    }
+    loaded.doubt(error, MAX_STATES);
     let report = Vast {
         scene: loaded.name.clone(),
         regime: "vast",
@@ -152,8 +150,8 @@ fn endless(args: &CheckArgs, loaded: &Loaded, path: &[SymbolState]) -> Result<()
         counterexample: path.iter().map(Visit::new).collect(),
         bounded,
     };
-    if report.bounded.is_some() && path.iter().any(|state| selects(graph, state)) {
-        loaded.warn(&StatesError::Endless { path: path.to_vec() });
+    if report.bounded.is_some() {
+        loaded.doubt(&StatesError::Endless { path: path.to_vec() }, MAX_STATES);
     }
     match (args.format, &report.bounded) {
         (Format::Json, _) => print(json(&report))?,
@@ -161,11 +159,6 @@ fn endless(args: &CheckArgs, loaded: &Loaded, path: &[SymbolState]) -> Result<()
         (Format::Table, None) => {}
     }
     exact.map(drop)
-}
-
-/// Whether a symbol has a selection function, which was probably meant to end the recursion.
-fn selects(graph: &Graph, state: &SymbolState) -> bool {
-    matches!(graph.node(state.node), Node::Symbol(symbol) if symbol.selection.is_some())
 }
 
 impl Visit {

@@ -64,7 +64,6 @@ impl<'a> Prepared<'a> {
                     }
                     _ => {
                         let boxes = exact_boxes(loaded)?;
-                        boxes.shrinks(graph).map_err(|error| bounds::failure(loaded, error))?;
                         (StateBounds::Exact(Box::new(boxes)), 0.5, memory)
                     }
                 };

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-use csg_graph::{Analysis, EvalError, Fault, Limits, Place, State, StatesError};
+use csg_graph::{Analysis, EvalError, Fault, Limits, Node, Place, State, StatesError, SymbolState};
 use csg_graph_bounds::{Aabb, BoundsError, Envelopes};
 use csg_graph_grammar::{Diagnostic, Lowered, Override, Scene, Severity};
 
@@ -20,6 +20,10 @@ const LOOKED_AT: usize = 100_000;
 
 /// The most bytes that a file may have.
 const LARGEST: u64 = 1 << 26;
+
+/// The options that limit how many states are listed.
+pub(crate) const MAX_STATES: &str = "--max-states";
+pub(crate) const MEMORY: &str = "--memory";
 
 /// The most diagnostics that are shown.
 const SHOWN: usize = 100;
@@ -121,15 +125,20 @@ impl Loaded {
         }
         let reason = match envelopes.of(&self.scene.graph.root_state()) {
             Ok(root) if root.aabb().is_bounded() => return Ok(envelopes),
-            Ok(_) => format!("{ANYWHERE}; raise {option}"),
+            Ok(_) => ANYWHERE.to_owned(),
             Err(BoundsError::Endless { cycle, round }) => {
                 let symbol = cycle.first().map_or("it", String::as_str);
-                format!("{ANYWHERE}: {symbol} leads back to itself and {round}; raise {option}")
+                format!("{ANYWHERE}: {symbol} leads back to itself and {round}")
             }
             Err(error) => return Err(bounds::failure(self, error)),
         };
-        self.report_unlisted();
-        Err(self.refused(reason))
+        // With as many as are allowed, there may still be too many.
+        let more = if self.report_unlisted() && option != MAX_STATES {
+            format!("{option} and {MAX_STATES}, both of them")
+        } else {
+            option.to_owned()
+        };
+        Err(self.refused(format!("{reason}; raise {more}")))
     }
 
     /// The box of a scene with envelopes, about as large as a picture of it has to be.
@@ -139,23 +148,36 @@ impl Loaded {
     }
 
     /// Points at a recursion that never ends, or at that for which there are too many states, if there is one.
-    pub(crate) fn report_unlisted(&self) {
-        if let Err(error @ (StatesError::Endless { .. } | StatesError::TooMany { .. })) =
-            self.scene.graph.analyse(&self.limits)
-        {
-            report(&self.name, &self.source, &[self.explained(&error, "")]);
+    pub(crate) fn report_unlisted(&self) -> bool {
+        match self.scene.graph.analyse(&self.limits) {
+            Err(error @ (StatesError::Endless { .. } | StatesError::TooMany { .. })) => {
+                report(&self.name, &self.source, &[self.explained(&error, MAX_STATES)]);
+                true
+            }
+            _ => false,
         }
     }
 
-    /// Says what may be a mistake about the states.
-    pub(crate) fn warn(&self, error: &StatesError) {
-        let warning = Diagnostic { severity: Severity::Warning, ..self.scene.explain(error) };
-        report(&self.name, &self.source, &[warning]);
+    /// Says what may be a mistake about states that are not listed, though the solid can be traced: too many of them where
+    /// nothing is random, or a recursion that never ends though there is a selection function, which was probably to end it.
+    pub(crate) fn doubt(&self, unlisted: &StatesError, option: &str) {
+        let graph = &self.scene.graph;
+        let is_random = |node: &Node| node.exprs().iter().any(|expr| expr.is_erratic());
+        let selects = |state: &SymbolState| matches!(graph.node(state.node), Node::Symbol(symbol) if symbol.selection.is_some());
+        let is_doubtful = match unlisted {
+            StatesError::TooMany { .. } => !graph.nodes().any(|(_, node)| is_random(node)),
+            StatesError::Endless { path } => path.iter().any(selects),
+            _ => false,
+        };
+        if is_doubtful {
+            let warning = Diagnostic { severity: Severity::Warning, ..self.explained(unlisted, option) };
+            report(&self.name, &self.source, &[warning]);
+        }
     }
 
     /// Reports why the states cannot be listed.
     pub(crate) fn failure(&self, error: &StatesError) -> Failure {
-        self.mistakes(&[self.explained(error, "")])
+        self.mistakes(&[self.explained(error, MAX_STATES)])
     }
 
     /// Reports a state that leads on and on, and to nothing.
@@ -174,15 +196,16 @@ impl Loaded {
                 return self.nowhere(&state);
             }
         }
-        self.mistakes(&[self.explained(error, "; without a list, `pcsg check` tells the box of the whole")])
+        let or_else = "; without a list, `pcsg check` tells the box of the whole";
+        self.mistakes(&[self.explained(error, &format!("{MAX_STATES}{or_else}"))])
     }
 
-    /// Why the states cannot be listed. Of those that are too many, also what else can be done.
-    fn explained(&self, error: &StatesError, or_else: &str) -> Diagnostic {
+    /// Why the states cannot be listed. Of those that are too many, also what can be done.
+    fn explained(&self, error: &StatesError, by: &str) -> Diagnostic {
         let mut diagnostic = self.scene.explain(error);
         if let (StatesError::TooMany { .. }, Some(help)) = (error, &mut diagnostic.help) {
-            help.push_str(" with --max-states");
-            help.push_str(or_else);
+            help.push_str(" with ");
+            help.push_str(by);
         }
         diagnostic
     }

@@ -12,10 +12,10 @@ use csg_graph::{Analysis, StatesError};
 
 use crate::Failure;
 use crate::args::Plan;
-use crate::load::Loaded;
+use crate::load::{Loaded, MAX_STATES, MEMORY};
 
 /// What a listed state takes with its box, in bytes, or somewhat less.
-const STATE: usize = 2048;
+const STATE: usize = 1024;
 
 /// So many states are listed in any case. It is more than what never ends has, in general, which is another picture when it
 /// is not known to.
@@ -43,22 +43,29 @@ pub(crate) fn listing_bytes(states: usize) -> usize {
 }
 
 impl Regime {
-    /// Finds out, for an engine that is planned.
-    pub(crate) fn of(loaded: &Loaded, plan: Plan) -> Result<Self, Failure> {
+    /// Finds out, for an engine that is planned; and why the states are not listed, if they are not.
+    pub(crate) fn of(loaded: &Loaded, plan: Plan) -> Result<(Self, Option<StatesError>), Failure> {
         let mut limits = loaded.limits;
-        let mut option = "--max-states";
+        let mut option = MAX_STATES;
         if let Plan::Fast { memory, .. } = plan
             && listing_bytes(limits.states) > memory
         {
             limits.states = (memory / STATE).max(FEW);
-            option = "--memory";
+            option = MEMORY;
         }
         match loaded.scene.graph.analyse(&limits) {
-            Ok(analysis) => Ok(Self::Finite(Box::new(analysis))),
-            Err(StatesError::Endless { .. }) => Ok(Self::Endless),
-            Err(StatesError::TooMany { limit: states, .. }) => Ok(Self::Vast(Limit { states, option })),
+            Ok(analysis) => Ok((Self::Finite(Box::new(analysis)), None)),
+            Err(unlisted @ StatesError::Endless { .. }) => Ok((Self::Endless, Some(unlisted))),
+            Err(unlisted @ StatesError::TooMany { limit: states, .. }) => {
+                Ok((Self::Vast(Limit { states, option }), Some(unlisted)))
+            }
             Err(error) => Err(loaded.failure(&error)),
         }
+    }
+
+    /// The option that would have more states listed.
+    pub(crate) fn limiting_option(&self) -> &'static str {
+        if let Self::Vast(limit) = self { limit.option } else { MAX_STATES }
     }
 
     /// The number of primitives, in words if nobody can count them.

@@ -62,7 +62,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let kept = if is_complete { Ok(()) } else { checkpoint.save(&image) };
 
     let taken = image.samples_taken();
-    if taken > 0 && image.hits() == 0 {
+    if is_complete && image.hits() == 0 {
         work.stage.warn_of_nothing();
     }
     let probes = has_layers(args).then(|| work.survey()).transpose()?;

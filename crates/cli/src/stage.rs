@@ -6,7 +6,9 @@
 use csg_graph::{AttributeTerm, Graph, Node};
 use csg_graph_bounds::{Aabb, root_box};
 use csg_graph_grammar::Look;
-use csg_graph_trace::{Camera, Light, LightSource, Probe, RenderError, Settings, Sky, Sun, World, zoom};
+use csg_graph_trace::{
+    Camera, Integrator, Light, LightSource, Probe, RenderError, Settings, Sky, Sun, World, zoom,
+};
 use rayon::ThreadPool;
 
 use crate::args::Plan;
@@ -45,12 +47,15 @@ impl<'a> Stage<'a> {
                 "a picture of {width} by {height} pixels takes {picture} bytes, and --memory allows {memory}; make it smaller, or raise --memory"
             )));
         }
-        let regime = Regime::of(loaded, plan)?;
+        let (regime, unlisted) = Regime::of(loaded, plan)?;
         let plan = plan.beside_picture(picture);
         let prepared = Prepared::new(loaded, &regime, plan)?;
+        if let Some(unlisted) = unlisted {
+            loaded.doubt(&unlisted, regime.limiting_option());
+        }
         let aspect = f64::from(settings.width) / f64::from(settings.height);
         let camera = camera(&loaded.scene.look, aspect, || framed(loaded, &regime))?;
-        let lights = lights(&loaded.scene.look, &loaded.scene.graph, &camera);
+        let lights = lights(loaded, settings.integrator, &camera);
         Ok(Self { loaded, plan, regime, prepared, camera, aspect, lights })
     }
 
@@ -159,10 +164,12 @@ fn background(look: &Look) -> Sky {
     sky
 }
 
-/// The lights of the file. If it has none, and nothing else that shines, one over the camera's shoulder.
-fn lights(look: &Look, graph: &Graph, camera: &Camera) -> Vec<Light> {
+/// The lights of the file. If it has none, and nothing else whose light is followed, one over the camera's shoulder.
+fn lights(loaded: &Loaded, integrator: Integrator, camera: &Camera) -> Vec<Light> {
+    let look = &loaded.scene.look;
     let has_sun = look.sky.is_some_and(|sky| sky.sun.is_some());
-    if look.lights.is_empty() && !has_sun && !is_emissive(graph) {
+    let shines = integrator == Integrator::Path && is_emissive(&loaded.scene.graph);
+    if look.lights.is_empty() && !has_sun && !shines {
         return vec![Light::over_shoulder(camera)];
     }
     let light = |light: &csg_graph_grammar::Light| Light {

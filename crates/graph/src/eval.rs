@@ -7,9 +7,7 @@ use std::borrow::Cow;
 use std::fmt;
 
 use crate::node::AttributeTerm;
-use crate::{
-    Env, Expr, Graph, Node, NodeId, Number, Operator, Primitive, PrimitiveError, Transform,
-};
+use crate::{Env, Expr, Graph, Node, NodeId, Number, Operator, Primitive, PrimitiveError, Transform};
 
 /// A node together with the values of the parameters that are live there; dead parameters are blanked.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

@@ -38,7 +38,7 @@ pub struct EngineArgs {
     pub detail: Option<f64>,
     /// Memory for the picture and what is remembered of the scene: bytes, or with a suffix K, M or G of 1024 each
     ///
-    /// States are listed if they fit into it at 2K each. Otherwise parts of the scene are made when rays come to them, with
+    /// States are listed if they fit into it at 1K each. Otherwise parts of the scene are made when rays come to them, with
     /// another default of --detail; with less memory, they are made again more often, and the picture is the same. Some
     /// megabytes for each thread are needed in any case.
     #[arg(long, value_name = "BYTES", allow_hyphen_values = true, default_value = USUAL_MEMORY.1, value_parser = bytes)]

@@ -67,10 +67,14 @@ pub(crate) fn hyper_boxes(
 pub(crate) fn exact_boxes(loaded: &Loaded, limits: &Limits) -> Result<ExactBoxes<Graph>, Failure> {
     let graph = &loaded.scene.graph;
     let boxes = exact(graph, limits).map_err(|error| failure(loaded, error))?;
-    match boxes.leads_nowhere() {
-        Some(state) => Err(loaded.nowhere(state)),
-        None => Ok(boxes),
+    if let Some(state) = boxes.leads_nowhere() {
+        return Err(loaded.nowhere(state));
     }
+    // Of what never ends and is subtracted from itself, there is a box, but no solid.
+    if boxes.endless.is_some() {
+        boxes.shrinks(graph).map_err(|error| failure(loaded, error))?;
+    }
+    Ok(boxes)
 }
 
 /// Why an algorithm found no boxes.

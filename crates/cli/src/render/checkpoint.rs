@@ -68,6 +68,7 @@ impl Checkpoint {
             ("integrator", format!("{integrator:?}").to_lowercase()),
             ("bounces", bounces.to_string()),
             ("zoom", or_none(zoom.map(|factor| factor.to_string()))),
+            ("regime", stage.regime.to_string()),
             ("engine", stage.prepared.kind().to_string()),
             ("boxes", or_none(stage.prepared.method.map(|method| MethodArg::name(method).to_owned()))),
             ("budget", or_none(budget.map(|bytes| bytes.to_string()))),

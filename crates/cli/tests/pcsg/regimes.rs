@@ -96,18 +96,49 @@ fn engines_that_list_states_say_what_they_lack() {
 #[test]
 fn what_memory_does_not_hold_can_be_had_with_more() {
     let folder = folder();
-    let tower = "{ n = 200000; } T
+    let tower = "{ n = 350000; } T
         T if(n > 0, 2, 1)
         1: T -> cone
         2: T -> cone | {n = n - 1} move(0, 0, 1) T";
     fs::write(folder.path().join("tower.pcsg"), tower).expect("it can be written");
     let (code, out, _, _) = run_in(folder.path(), &["check", "tower.pcsg"]);
-    assert!(code == 0 && out.contains("by `render` with --memory 1563M"), "{out}");
+    assert!(code == 0 && out.contains("by `render` with --memory 1368M"), "{out}");
     let (code, _, err, _) = run_in(folder.path(), &["render", "tower.pcsg"]);
     assert!(code == 1 && err.contains("raise --memory"), "{err}");
     let args = ["render", "tower.pcsg", "--max-states", "5000"];
     let (code, _, err, _) = run_in(folder.path(), &args);
     assert!(code == 1 && err.contains("raise --max-states"), "{err}");
+    let (code, _, err, _) = run_in(folder.path(), &["render", "tower.pcsg", "--set", "n=600000"]);
+    assert!(code == 1 && err.contains("raise --memory and --max-states, both of them"), "{err}");
+}
+
+#[test]
+fn what_is_probably_meant_to_end_is_said_beside_its_picture() {
+    let folder = folder();
+    let scene = |rule: &str| {
+        format!(
+            "{{ n = 5; }} A\nA if(n > 0, 2, 1)\n1: A -> sphere\n2: A -> cube | {rule} move(0, 0, 1) uscale(0.9) A
+             image {{ width = 16; height = 16; samples = 1; }}"
+        )
+    };
+    for (rule, warning) in [
+        ("{n = n + 1}", "warning: more than 5000 states: does the recursion of `A` end?"),
+        ("{n = n}", "warning: the recursion of `A` never ends"),
+    ] {
+        fs::write(folder.path().join("a.pcsg"), scene(rule)).expect("it can be written");
+        let (code, _, err, _) = run_in(folder.path(), &["render", "a.pcsg", "--max-states", "5000"]);
+        assert!(code == 0 && err.contains(warning), "{err}");
+    }
+}
+
+#[test]
+fn what_is_no_solid_has_no_box() {
+    let folder = folder();
+    fs::write(folder.path().join("a.pcsg"), "{} A\nA -> cube \\ A").expect("it can be written");
+    for command in ["check", "bounds", "render"] {
+        let (code, _, err, _) = run_in(folder.path(), &[command, "a.pcsg"]);
+        assert!(code == 1 && err.contains("the recursion of `A` never ends"), "{command}: {err}");
+    }
 }
 
 #[test]

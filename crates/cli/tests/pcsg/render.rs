@@ -1,5 +1,6 @@
 //! `pcsg render`: pictures and their statistics, by any engine and light.
 
+use std::collections::BTreeSet;
 use std::fs;
 
 use serde_json::Value;
@@ -144,6 +145,18 @@ fn light_is_computed_as_the_scene_or_the_command_line_says() {
         assert_eq!(stats["integrator"], integrator);
     }
     assert_eq!(render(&["--bounces", "1"]).1["bounces"], 1);
+}
+
+#[test]
+fn what_glows_puts_no_lamp_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = "{} sphere | move(1.5, 0, 0) material(emission = 1) uscale(0.1) sphere";
+    fs::write(folder.path().join("balls.pcsg"), scene).unwrap();
+    assert_eq!(run_in(folder.path(), &["render", "balls.pcsg", "--size", "32x32", "--samples", "1"]).0, 0);
+    let picture = image::open(folder.path().join("balls.png")).unwrap().to_rgb8();
+    // The light of the small one is not followed, and without any other the large one would be a disc.
+    let shades: BTreeSet<u8> = picture.pixels().map(|pixel| pixel[0]).collect();
+    assert!(shades.len() > 30, "{shades:?}");
 }
 
 #[test]

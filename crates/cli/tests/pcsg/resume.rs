@@ -140,6 +140,7 @@ fn only_the_same_picture_goes_on() {
         (&["--view", "normal"], "view was shaded and is normal"),
         (&["--engine", "reference"], "engine was fast and is reference"),
         (&["--budget", "64K"], "budget was 393216 and is 65536"),
+        (&["--max-states", "10"], "regime was finite and is vast"),
     ] {
         refused(&[&base[..], &["--resume"], further].concat(), reason);
     }
