@@ -196,7 +196,7 @@ impl GraphBuilder {
     ///
     /// # Errors
     /// If a handle dangles, a symbol has no rules, a cycle passes no symbol, a constant transformation is singular, a
-    /// constant primitive has no extent, or a half-space is not bounded.
+    /// constant primitive has no extent, a constant attribute is out of range, or a half-space is not bounded.
     pub fn finish(self, root: NodeId) -> Result<Graph, GraphError> {
         let Self { nodes, params, initial, by_name: _ } = self;
         validate::handles(&nodes, params.len(), root)?;
@@ -216,8 +216,8 @@ impl GraphBuilder {
 
 impl Graph {
     /// Evaluates the transformations and primitives whose arguments never change, so that no later evaluation repeats
-    /// them. One that fails and reads no parameter is a mistake wherever it stands; one that reads parameters may be in
-    /// a rule that these values never select, and fails when it is reached.
+    /// them. One that fails and reads no parameter is a mistake wherever it stands, as are attributes; one that reads
+    /// parameters may be in a rule that these values never select, and fails when it is reached.
     fn fold_constants(&mut self) -> Result<(), GraphError> {
         let mut errors = Vec::new();
         for index in 0..self.nodes.len() {
@@ -227,6 +227,10 @@ impl Graph {
                 continue;
             }
             let folded = match &self.nodes[index] {
+                Node::Attribute(_) if read.is_empty() => {
+                    errors.extend(self.attributes(id, &self.initial).err());
+                    continue;
+                }
                 Node::Transformation(_) => self.transform(id, &self.initial).map(Constant::Transform),
                 Node::Primitive(_) => self
                     .primitive(id, &self.initial)
