@@ -95,7 +95,7 @@ fn a_zoom_onto_a_leaf_has_the_hits_of_the_walk() {
         let camera = whole;
         let (lights, background) = (Vec::new(), World::DEFAULT_BACKGROUND);
         let world = World { engine: Engine::Fast(&comparison.fast), camera, lights, background };
-        comparison.camera = zoom(&world, factor).expect("the camera sees the tree");
+        comparison.camera = zoom(&world, 1.0, factor).expect("the camera sees the tree");
         assert!(comparison.camera.eye.distance(comparison.camera.target) < 10.0 / factor);
         let found = comparison.run(400).expect("the scene can be evaluated");
         for (other, tally) in &found.tallies {

@@ -15,7 +15,7 @@ use crate::args::BoundsArgs;
 use crate::load::load;
 
 pub use costs::{Cost, costs_drawing};
-pub(crate) use methods::{exact_boxes, failure, hyper_boxes, refuse_more_than};
+pub(crate) use methods::{endless_boxes, exact_boxes, failure, hyper_boxes, refuse_more_than};
 pub(crate) use volume::{line, point};
 
 /// The drawing that `bounds --plot` would write, as an SVG file.

@@ -131,12 +131,8 @@ fn vast(args: &CheckArgs, loaded: &Loaded, error: &StatesError, limit: usize) ->
 
 /// A recursion that never ends is a mistake, unless it shrinks to a solid.
 fn endless(args: &CheckArgs, loaded: &Loaded, path: &[SymbolState]) -> Result<(), Failure> {
-    let graph = &loaded.scene.graph;
-    let exact = bounds::exact_boxes(loaded, &loaded.bounds_limits()).and_then(|exact| {
-        let contraction = exact.shrinks(graph).map_err(|error| bounds::failure(loaded, error))?;
-        Ok((contraction, exact))
-    });
-    let bounded = exact.as_ref().ok().map(|(contraction, exact)| Bounded {
+    let exact = bounds::endless_boxes(loaded, &loaded.bounds_limits());
+    let bounded = exact.as_ref().ok().map(|(exact, contraction)| Bounded {
         node_states: exact.counts.states,
         contraction: *contraction,
         min: exact.root.min.to_array(),
@@ -145,7 +141,7 @@ fn endless(args: &CheckArgs, loaded: &Loaded, path: &[SymbolState]) -> Result<()
     let report = Endless {
         scene: loaded.name.clone(),
         regime: "endless",
-        nodes: graph.node_count(),
+        nodes: loaded.scene.graph.node_count(),
         terminates: false,
         counterexample: path.iter().map(Visit::new).collect(),
         bounded,

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use csg_graph::{Analysis, BigUint, Graph};
-use csg_graph_bounds::{Aabb, ExactBoxes, HyperBoxes};
+use csg_graph_bounds::{Aabb, ExactBoxes, HyperBoxes, Limits};
 use csg_graph_trace::{Accelerated, Engine, Grid, StateBounds};
 
 use crate::args::{BoxesArg, EngineArg, MethodArg, Plan};
@@ -63,7 +63,8 @@ impl<'a> Prepared<'a> {
                         (StateBounds::Envelopes(Box::new(envelopes)), 1.0, memory)
                     }
                     _ => {
-                        let boxes = exact_boxes(loaded)?;
+                        let (boxes, _) = bounds::endless_boxes(loaded, &limits(loaded))?;
+                        check_extent(loaded, &boxes.root)?;
                         (StateBounds::Exact(Box::new(boxes)), 0.5, memory)
                     }
                 };
@@ -149,9 +150,13 @@ impl<'a> Prepared<'a> {
 
 /// The boxes of all states, of a solid that can be seen.
 fn exact_boxes(loaded: &Loaded) -> Result<ExactBoxes<Graph>, Failure> {
-    let boxes = bounds::exact_boxes(loaded, &loaded.bounds_limits().with_gap(GAP))?;
+    let boxes = bounds::exact_boxes(loaded, &limits(loaded))?;
     check_extent(loaded, &boxes.root)?;
     Ok(boxes)
+}
+
+fn limits(loaded: &Loaded) -> Limits {
+    loaded.bounds_limits().with_gap(GAP)
 }
 
 /// Refuses a solid that is too large, too small, or too far away.

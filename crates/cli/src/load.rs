@@ -104,12 +104,13 @@ impl Loaded {
         self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
     }
 
-    /// Analyses the graph; what is wrong with it is reported. None for a recursion that never ends, which may be bounded all
-    /// the same.
+    /// Analyses the graph; what is wrong with it is reported. None for a recursion that never ends, and shrinks to a solid.
     pub(crate) fn analyse_unless_endless(&self) -> Result<Option<Analysis>, Failure> {
         match self.scene.graph.analyse(&self.limits) {
             Ok(analysis) => Ok(Some(analysis)),
-            Err(StatesError::Endless { .. }) => Ok(None),
+            Err(StatesError::Endless { .. }) => {
+                bounds::endless_boxes(self, &self.bounds_limits()).map(|_| None)
+            }
             Err(error) => Err(self.failure_to_list(&error)),
         }
     }

@@ -67,14 +67,18 @@ pub(crate) fn hyper_boxes(
 pub(crate) fn exact_boxes(loaded: &Loaded, limits: &Limits) -> Result<ExactBoxes<Graph>, Failure> {
     let graph = &loaded.scene.graph;
     let boxes = exact(graph, limits).map_err(|error| failure(loaded, error))?;
-    if let Some(state) = boxes.leads_nowhere() {
-        return Err(loaded.nowhere(state));
+    match boxes.leads_nowhere() {
+        Some(state) => Err(loaded.nowhere(state)),
+        None => Ok(boxes),
     }
-    // Of what never ends and is subtracted from itself, there is a box, but no solid.
-    if boxes.endless.is_some() {
-        boxes.shrinks(graph).map_err(|error| failure(loaded, error))?;
-    }
-    Ok(boxes)
+}
+
+/// The same of a recursion that never ends, with how much it shrinks by once round. What is subtracted has to shrink as well:
+/// the boxes do not depend on it, but there would be no solid.
+pub(crate) fn endless_boxes(loaded: &Loaded, limits: &Limits) -> Result<(ExactBoxes<Graph>, f64), Failure> {
+    let boxes = exact_boxes(loaded, limits)?;
+    let contraction = boxes.shrinks(&loaded.scene.graph).map_err(|error| failure(loaded, error))?;
+    Ok((boxes, contraction))
 }
 
 /// Why an algorithm found no boxes.

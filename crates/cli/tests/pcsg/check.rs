@@ -66,8 +66,8 @@ fn a_recursion_without_an_end_has_a_counterexample() {
 fn what_is_subtracted_from_itself_has_to_shrink() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("loop.pcsg"), "{} A\nA -> sphere \\ rotz(30) A").unwrap();
-    for command in ["check", "render"] {
-        let (code, _, err, _) = run_in(folder.path(), &[command, "loop.pcsg"]);
+    for args in [&["check"][..], &["render"], &["bounds"], &["bounds", "--compare"]] {
+        let (code, _, err, _) = run_in(folder.path(), &[args, &["loop.pcsg"]].concat());
         assert_eq!(code, 1);
         assert!(err.contains("A → \\ → rotz leads back to itself and does not shrink"), "{err}");
     }

@@ -132,16 +132,6 @@ fn what_is_probably_meant_to_end_is_said_beside_its_picture() {
 }
 
 #[test]
-fn what_is_no_solid_has_no_box() {
-    let folder = folder();
-    fs::write(folder.path().join("a.pcsg"), "{} A\nA -> cube \\ A").expect("it can be written");
-    for command in ["check", "bounds", "render"] {
-        let (code, _, err, _) = run_in(folder.path(), &[command, "a.pcsg"]);
-        assert!(code == 1 && err.contains("the recursion of `A` never ends"), "{command}: {err}");
-    }
-}
-
-#[test]
 fn parts_beyond_all_digits_are_not_unfolded() {
     let folder = folder();
     // 2²⁰⁰ spheres, of which one is 10⁻⁶⁰ as large as all.
