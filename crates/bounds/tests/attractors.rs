@@ -170,6 +170,33 @@ fn maps_that_shrink_in_the_long_run() {
     assert!(off(found.root, Aabb::new(DVec3::ZERO, DVec3::ZERO)) < 1e-9);
 }
 
+/// By one map that leads back into its own frame, and along two that take turns.
+#[test]
+fn sheared_recursion_shrinks_as_fast_as_it_does() {
+    let cube = Aabb::new(DVec3::NEG_ONE, DVec3::ONE);
+    let sheared = |by: f64| DAffine3::from_cols(DVec3::X, DVec3::new(by, 1.0, 0.0), DVec3::Z, DVec3::ZERO);
+    for (shrink, by) in [(0.9, 0.5), (0.7, 0.7), (0.5, 0.9), (0.97, 3.0)] {
+        let map =
+            DAffine3::from_translation(DVec3::X) * DAffine3::from_scale(DVec3::splat(shrink)) * sheared(by);
+        let (mut known, mut place) = (cube, DAffine3::IDENTITY);
+        for _ in 0..3000 {
+            place = map * place;
+            known =
+                known.join(Aabb::from_points(cube.corners().map(|corner| place.transform_point3(corner))));
+        }
+        let size = known.size().max_element();
+        let back = DAffine3::from_scale(DVec3::splat(0.2));
+        for symbols in [vec![vec![(map, 0)]], vec![vec![(map * back.inverse(), 1)], vec![(back, 0)]]] {
+            let shapes = [Some(cube), None][..symbols.len()].to_vec();
+            let found = boxes(&Ifs { symbols, shapes });
+            let grown = Aabb::new(found.root.min - 1e-12 * size, found.root.max + 1e-12 * size);
+            assert!(grown.encloses(known), "{:?} {known:?}", found.root);
+            assert!(off(found.root, known) < found.gap + 1e-8 * size, "{:?} {known:?}", found.root);
+            assert!(found.endless.unwrap().contraction < 0.99, "{:?}", found.endless);
+        }
+    }
+}
+
 /// By a millionth each time round: more rounds than there is time for.
 #[test]
 fn what_shrinks_slowly() {

@@ -56,7 +56,7 @@ pub(super) struct Failure {
     pub(super) round: Round,
 }
 
-/// By how much all maps are to shrink, in the norms that are tried one after the other.
+/// By how much all maps are to shrink, in the norms that are searched for one after the other.
 const TARGETS: [f64; 8] = [0.5, 0.8, 0.9, 0.95, 0.98, 0.99, 0.999, 0.9999];
 
 /// How often the search for norms goes round all edges.
@@ -82,27 +82,67 @@ impl Contraction {
         }
         let mut found =
             Self { norms: vec![Norm::EUCLIDEAN; count], factors: Vec::new(), edges, out, factor: 1.0 };
-        for target in std::iter::once(None).chain(TARGETS.map(Some)) {
-            // Norms that are still growing may do, but make ellipsoids like needles.
-            if target.is_some_and(|factor| !found.search(factor)) && target != TARGETS.last().copied() {
-                continue;
+        let mut tried = found.certify();
+        // First a norm for each slow cycle by itself, and then for all edges together.
+        let mut is_even = vec![false; count];
+        while let Err((cycle, Round::Unproven(growth))) = &tried
+            && found.even_out(cycle, *growth, &mut is_even)
+        {
+            tried = found.certify();
+        }
+        for target in TARGETS {
+            if !matches!(tried, Err((_, Round::Unproven(_)))) {
+                break;
             }
-            found.measure();
-            let cycle = match found.fixed_point(&vec![1.0; found.edges.len()], &vec![1.0; count]) {
-                Ok(radii) => {
-                    found.factor = found.once_round(&radii);
-                    return Ok(found);
-                }
-                Err(cycle) => cycle,
-            };
-            let round = found.round(&cycle);
-            if !matches!(round, Round::Unproven(_)) || target == TARGETS.last().copied() {
-                let mut edges: Vec<Option<Edge>> = found.edges.into_iter().map(Some).collect();
-                let cycle = cycle.into_iter().filter_map(|edge| edges[edge].take()).collect();
-                return Err(Failure { cycle, round });
+            // Norms that are still growing may do, but make ellipsoids like needles.
+            if found.search(target) || TARGETS.last() == Some(&target) {
+                tried = found.certify();
             }
         }
-        unreachable!("the last target returns")
+        match tried {
+            Ok(()) => Ok(found),
+            Err((cycle, round)) => {
+                let mut edges: Vec<Option<Edge>> = found.edges.into_iter().map(Some).collect();
+                let cycle = cycle.into_iter().filter_map(|edge| edges[edge].take()).collect();
+                Err(Failure { cycle, round })
+            }
+        }
+    }
+
+    /// Finds out how much is left of distances once round any cycle, in the norms as they are; or a cycle of edges that does
+    /// not shrink in these, and what it does in the long run.
+    fn certify(&mut self) -> Result<(), (Vec<usize>, Round)> {
+        self.measure();
+        match self.fixed_point(&vec![1.0; self.edges.len()], &vec![1.0; self.norms.len()]) {
+            Ok(radii) => {
+                self.factor = self.once_round(&radii);
+                Ok(())
+            }
+            Err(cycle) => {
+                let round = self.round(&cycle);
+                Err((cycle, round))
+            }
+        }
+    }
+
+    /// Gives the solids of a cycle that shrinks in the long run norms in which each of its edges does, unless one of them has
+    /// such a norm for another cycle.
+    fn even_out(&mut self, cycle: &[usize], growth: f64, is_even: &mut [bool]) -> bool {
+        /// What is less is hard to tell from nothing.
+        const LEAST_GROWTH: f64 = 1e-4;
+        let edges = || cycle.iter().map(|edge| &self.edges[*edge]);
+        let solids: Vec<usize> = edges().map(|edge| edge.above).collect();
+        if solids.iter().any(|solid| is_even[*solid]) {
+            return false;
+        }
+        // Half way between what is left in the long run and all, the same for each edge.
+        let factor = libm::pow(growth.max(LEAST_GROWTH), 0.5 / cycle.len() as f64);
+        let maps: Vec<DMat3> = edges().map(|edge| edge.map).collect();
+        let Some(norms) = Norm::of_round(&maps, factor) else { return false };
+        for (solid, norm) in solids.into_iter().zip(norms) {
+            (self.norms[solid], is_even[solid]) = (norm, true);
+        }
+        true
     }
 
     /// Enlarges norms until all maps that change anything shrink by a factor. Whether they do.

@@ -11,6 +11,10 @@
 //! until nothing changes is the value iteration of a joint spectral radius with quadratic norms. It need not end; when it
 //! does, all maps shrink by λ.
 //!
+//! That does not come to an end where a map leads back into its own frame: what mends the one end spoils the other. But for the
+//! maps of one round there is a formula. If Pₜ = I + Mᵀ Pₛ M / λ² for each map M from t into s, then the norms ‖x‖² = xᵀ P x
+//! shrink by λ with each of them: P sums up what becomes of x in all rounds to come, as Lyapunov's functions do.
+//!
 //! **Trusting them.** V is what defines a norm, as the `f64` numbers in it. What is computed from it is bounded from
 //! above, with all rounding; how V was found plays no part.
 
@@ -74,6 +78,45 @@ impl Norm {
         let ball = self.ball * axes * DMat3::from_diagonal(stretch.recip());
         let inverse = DMat3::from_diagonal(stretch) * axes.transpose() * self.inverse;
         Some(Self { ball, inverse, slack: f64::INFINITY })
+    }
+
+    /// Norms of the frames on a round of maps, each from the frame of the next one into its own, in which every map shrinks by
+    /// `factor`, if the round shrinks by more than all of them together. `None` if numbers do not suffice.
+    pub(super) fn of_round(maps: &[DMat3], factor: f64) -> Option<Vec<Self>> {
+        /// How often the number of rounds that are summed up is doubled.
+        const DOUBLINGS: usize = 40;
+        let maps: Vec<DMat3> = maps.iter().map(|map| *map * factor.recip()).collect();
+        let square = |map: DMat3| map.transpose() * map;
+        // The parts of one round in P of the first frame, and then of two, of four, ….
+        let (mut sum, mut round) = (DMat3::IDENTITY, DMat3::IDENTITY);
+        for (number, map) in maps.iter().enumerate().rev() {
+            round = *map * round;
+            if number > 0 {
+                sum += square(round);
+            }
+        }
+        for _ in 0..DOUBLINGS {
+            sum += round.transpose() * sum * round;
+            round = round * round;
+        }
+        let mut squares = sum;
+        let norms = maps.iter().map(|map| {
+            let norm = Self::of_squares(squares);
+            squares = DMat3::IDENTITY + map.transpose() * squares * *map;
+            norm
+        });
+        norms.collect()
+    }
+
+    /// ‖x‖² = xᵀ P x for a symmetric P; `None` if it is not positive.
+    fn of_squares(squares: DMat3) -> Option<Self> {
+        let (axes, squares) = principal_axes(squares);
+        if !(squares.min_element() > 0.0 && squares.is_finite()) {
+            return None;
+        }
+        let stretch = DVec3::new(squares.x.sqrt(), squares.y.sqrt(), squares.z.sqrt());
+        let ball = axes * DMat3::from_diagonal(stretch.recip());
+        Some(Self { ball, ..Self::EUCLIDEAN }.checked())
     }
 
     /// With the slack of its inverse: if W V = I − E, then V⁻¹ = (I − E)⁻¹ W.
