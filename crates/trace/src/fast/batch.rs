@@ -23,10 +23,13 @@ impl Batch<'_> {
     pub(super) fn has_one_scale(&self) -> bool {
         /// Of squares of lengths.
         const SPREAD: f64 = 1e12;
+        if self.beam.is_some() {
+            return true;
+        }
         let squares = self.rays.iter().map(|ray| ray.direction.length_squared());
         let both = |[least, most]: [f64; 2], square: f64| [least.min(square), most.max(square)];
         let [least, most] = squares.fold([f64::INFINITY, 0.0], both);
-        self.beam.is_some() || most <= SPREAD * least
+        most <= SPREAD * least
     }
 }
 

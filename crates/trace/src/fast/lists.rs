@@ -6,15 +6,16 @@
 //! list and those of the operands of its solids, and what it breaks off at is left for later.
 
 use std::cmp::Ordering;
+use std::collections::hash_map::Entry;
 use std::collections::{BinaryHeap, VecDeque};
 use std::mem;
 
 use csg_graph::EvalError;
 use csg_graph_bounds::Aabb;
-use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
+use rustc_hash::{FxBuildHasher, FxHashMap};
 
 use super::compile::{Solid, index};
-use super::states::{Identity, Kind, Place, States};
+use super::states::{Kind, Place, States};
 
 /// The least number of items that a list is opened to.
 pub(super) const SHORTEST: usize = 8;
@@ -224,9 +225,9 @@ struct List {
     slots: Vec<(Option<Place>, Option<usize>)>,
     /// How many places there are.
     count: usize,
-    /// All places that there ever were. One that coincides with another is left out: where recursion leads to the same place in
-    /// several ways, rays would meet some times as many with each level.
-    known: FxHashSet<Identity>,
+    /// The slots of places, by their fingerprints. One that coincides with another is left out: where recursion leads to the same
+    /// place in several ways, rays would meet some times as many with each level.
+    known: FxHashMap<u64, usize>,
 }
 
 impl List {
@@ -238,21 +239,41 @@ impl List {
         length: usize,
     ) -> Result<(Self, Vec<usize>), EvalError> {
         let room = start.len().max(length.min(ROOM));
-        let mut known = FxHashSet::with_capacity_and_hasher(room, FxBuildHasher);
-        let mut slots = Vec::with_capacity(room);
-        slots.extend(
-            start.into_iter().filter(|place| known.insert(place.identity())).map(|place| (Some(place), None)),
-        );
-        let count = slots.len();
-        for (next, (_, link)) in (1..count).zip(&mut slots) {
+        let known = FxHashMap::with_capacity_and_hasher(room, FxBuildHasher);
+        let mut list = Self { slots: Vec::with_capacity(room), count: 0, known };
+        for place in start {
+            if list.is_new(&place, list.count) {
+                list.slots.push((Some(place), None));
+                list.count += 1;
+            }
+        }
+        let count = list.count;
+        for (next, (_, link)) in (1..count).zip(&mut list.slots) {
             *link = Some(next);
         }
-        let mut list = Self { slots, count, known };
         let slots = match &list.slots[..] {
             [(Some(place), _)] if states.is_union(place) => list.open(states, 0)?.collect(),
             _ => (0..count).collect(),
         };
         Ok((list, slots))
+    }
+
+    /// Whether a place coincides with none that is there. It is to be put into that slot then.
+    fn is_new(&mut self, place: &Place, slot: usize) -> bool {
+        match self.known.entry(place.fingerprint()) {
+            Entry::Vacant(entry) => {
+                entry.insert(slot);
+                true
+            }
+            Entry::Occupied(mut entry) => {
+                let (known, _) = &self.slots[*entry.get()];
+                let is_new = !known.as_ref().is_some_and(|known| known.coincides(place));
+                if is_new {
+                    entry.insert(slot);
+                }
+                is_new
+            }
+        }
     }
 
     fn place(&self, slot: usize) -> &Place {
@@ -274,31 +295,31 @@ impl List {
         Ok(Some(Largest { area: bounds.surface_area(), place: slot }))
     }
 
-    /// Replaces a union by those of its parts that are not known, and says in which slots they are. The first is in that of the
+    /// Replaces a union by those of its parts that are not there, and says in which slots they are. The first is in that of the
     /// union.
     fn open(
         &mut self,
         states: &mut States<'_>,
         slot: usize,
     ) -> Result<impl Iterator<Item = usize> + use<>, EvalError> {
-        let Self { slots, count, known } = self;
-        let (Some(place), mut next) = mem::take(&mut slots[slot]) else { unreachable!("a slot in use") };
+        let (Some(place), mut next) = mem::take(&mut self.slots[slot]) else { unreachable!("a slot in use") };
         let Kind::Union(parts) = states.resolve(place.target)? else {
             unreachable!("only unions are opened")
         };
-        let parts = parts.iter().map(|part| place.then(part));
-        let parts: Vec<Place> = parts.filter(|part| known.insert(part.identity())).collect();
-        *count = *count - 1 + parts.len();
-        let free = slots.len();
-        let mut parts = parts.into_iter();
-        let first = parts.next();
-        for part in parts.rev() {
-            slots.push((Some(part), next));
-            next = Some(slots.len() - 1);
+        let [first, others @ ..] = &parts[..] else { unreachable!("a union has parts") };
+        let free = self.slots.len();
+        for part in others.iter().rev().map(|part| place.then(part)) {
+            if self.is_new(&part, self.slots.len()) {
+                self.slots.push((Some(part), next));
+                next = Some(self.slots.len() - 1);
+            }
         }
-        let in_its_slot = first.is_some().then_some(slot);
-        slots[slot] = (first, next);
-        Ok(in_its_slot.into_iter().chain(free..slots.len()))
+        let first = place.then(first);
+        let has_first = self.is_new(&first, slot);
+        self.slots[slot] = (has_first.then_some(first), next);
+        let others = free..self.slots.len();
+        self.count = self.count - 1 + usize::from(has_first) + others.len();
+        Ok(has_first.then_some(slot).into_iter().chain(others))
     }
 
     /// Its places in the order of the graph.

@@ -32,24 +32,9 @@ pub(super) struct Single {
 }
 
 impl Single {
-    /// Follows a ray of a packet from a child of the super-node that it is in. Packets and rays that come alone share one
-    /// copy of what follows.
-    #[inline(never)]
-    pub(super) fn trace<S: Simd, const DETAIL: bool>(
-        &mut self,
-        simd: S,
-        inquiry: &mut Inquiry<'_>,
-        lane: usize,
-        start: (Narrow, Child),
-    ) {
-        simd.vectorize(
-            #[inline(always)]
-            || self.follow::<S, DETAIL>(simd, inquiry, lane, start),
-        );
-    }
-
+    /// Follows a ray of a packet from a child of the super-node that it is in.
     #[inline(always)]
-    fn follow<S: Simd, const DETAIL: bool>(
+    pub(super) fn trace<S: Simd, const DETAIL: bool>(
         &mut self,
         simd: S,
         inquiry: &mut Inquiry<'_>,

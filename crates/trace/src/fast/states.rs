@@ -8,11 +8,12 @@
 //! know what it is: all of them before the first ray, or, where there are too many, few at a time.
 
 use std::cell::OnceCell;
+use std::hash::Hasher;
 
 use csg_graph::{AttributeTerm, EvalError, Fault, Graph, Node, Operator, Primitive, State, Step, Transform};
 use csg_graph_bounds::Aabb;
 use glam::{DAffine3, DMat3, DVec3};
-use rustc_hash::{FxBuildHasher, FxHashMap};
+use rustc_hash::{FxBuildHasher, FxHashMap, FxHasher};
 use smallvec::SmallVec;
 
 use super::bounds::{Bounds, Extent};
@@ -70,9 +71,6 @@ pub(crate) struct Place {
     pub(crate) symbol: Option<u32>,
     pub(crate) paint: Paint,
 }
-
-/// The same for places that nobody can tell from each other: all there is of them, but the map back of their map.
-pub(super) type Identity = (u32, [u64; 12], u32, Option<u32>, SmallVec<[(AttributeTerm, u64); 3]>);
 
 /// What paints something: each term once. A colour has three terms.
 pub(crate) type Paint = SmallVec<[(AttributeTerm, f64); 3]>;
@@ -332,12 +330,22 @@ impl Place {
         }
     }
 
-    pub(super) fn identity(&self) -> Identity {
+    /// The same for places that coincide, and hardly for others.
+    pub(super) fn fingerprint(&self) -> u64 {
+        let mut hasher = FxHasher::default();
+        hasher.write_u32(self.target);
         // Zero has two signs.
-        let bits = |value: f64| (value + 0.0).to_bits();
-        let map = self.target_from_above.to_cols_array().map(bits);
-        let paint = self.paint.iter().map(|(term, value)| (*term, bits(*value)));
-        (self.target, map, self.depth, self.symbol, paint.collect())
+        let entries = self.target_from_above.to_cols_array();
+        entries.into_iter().for_each(|entry| hasher.write_u64((entry + 0.0).to_bits()));
+        hasher.finish()
+    }
+
+    /// Whether nobody can tell the places from each other.
+    pub(super) fn coincides(&self, other: &Self) -> bool {
+        let Self { target, above_from_target: _, target_from_above, depth, symbol, paint } = self;
+        (*target, *target_from_above, *depth, *symbol)
+            == (other.target, other.target_from_above, other.depth, other.symbol)
+            && *paint == other.paint
     }
 
     /// A place in the frame of this one's target, seen from above this one.
