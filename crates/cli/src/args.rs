@@ -67,8 +67,9 @@ pub enum Command {
     Bounds(BoundsArgs),
     /// Find mistakes, or tell how large the solid is
     ///
-    /// Reports every mistake in the file. Without any, counts the states of the graph and, exactly, what it unfolds into,
-    /// and shows that the recursion ends, or that it shrinks to a solid although it never ends.
+    /// Reports every mistake that the text has, or else the first one that the recursion comes to. Without any, counts the
+    /// states of the graph and, exactly, what it unfolds into, and shows that the recursion ends, or that it shrinks to a
+    /// solid although it never ends.
     Check(CheckArgs),
     /// Measure how fast a scene is traced
     ///

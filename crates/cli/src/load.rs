@@ -109,7 +109,8 @@ impl Loaded {
         match self.scene.graph.analyse(&self.limits) {
             Ok(analysis) => Ok(Some(analysis)),
             Err(StatesError::Endless { .. }) => {
-                bounds::endless_boxes(self, &self.bounds_limits()).map(|_| None)
+                // The rough boxes are enough to tell that it shrinks, and quickly found.
+                bounds::endless_boxes(self, &self.bounds_limits().with_gap(1.0)).map(|_| None)
             }
             Err(error) => Err(self.failure_to_list(&error)),
         }

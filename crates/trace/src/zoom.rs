@@ -8,10 +8,9 @@ const LOOK: u32 = 256;
 /// How much closer it is gone at once to what has no last part.
 const STEP: f64 = 16.0;
 
-/// The camera of a world, `factor` times as close to the smallest part that it sees in a picture so many times as wide as
-/// it is high: what it meets after the deepest
-/// recursion, of several the nearest one. That comes to the middle of the picture, seen along the ray that found it, so that
-/// nothing can be in the way. A camera that sees nothing stays where it is.
+/// The camera of a world, `factor` times as close to the smallest part that it sees in a picture of that aspect, its width by
+/// its height: what it meets after the deepest recursion, of several the nearest one. That comes to the middle of the
+/// picture, seen along the ray that found it, so that nothing can be in the way. A camera that sees nothing stays where it is.
 ///
 /// ```
 /// use csg_graph::{GraphBuilder, PrimitiveKind};

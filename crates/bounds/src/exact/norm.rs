@@ -81,7 +81,8 @@ impl Norm {
     }
 
     /// Norms of the frames on a round of maps, each from the frame of the next one into its own, in which every map shrinks by
-    /// `factor`, if the round shrinks by more than all of them together. `None` if numbers do not suffice.
+    /// `factor`. The round has to shrink by more in the long run than by that for each of its maps. `None` if numbers do not
+    /// suffice.
     pub(super) fn of_round(maps: &[DMat3], factor: f64) -> Option<Vec<Self>> {
         /// How often the number of rounds that are summed up is doubled.
         const DOUBLINGS: usize = 40;

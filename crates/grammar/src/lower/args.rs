@@ -52,11 +52,11 @@ impl Lowering<'_> {
         let (mut params, mut exprs) = (Vec::new(), Vec::new());
         for Assignment { name, value } in assignments {
             let param = self.scope.get(tree.text(*name));
-            self.scope.count(param);
+            self.scope.assign(param);
             params.push(param);
             exprs.push(self.scope.expr(tree, &self.chance.sites, *value, &mut self.diagnostics));
         }
-        self.scope.count(None);
+        self.scope.assign(None);
         let params = params.into_iter().collect::<Option<_>>()?;
         let exprs = exprs.into_iter().collect::<Option<_>>()?;
         Some((params, exprs, assignments.iter().map(|assignment| tree.expr_span(assignment.value)).collect()))

@@ -54,20 +54,18 @@ impl Lowering<'_> {
             },
             _ => None,
         });
-        let counted: BTreeSet<&str> =
-            calculated.clone().flatten().map(|assignment| tree.text(assignment.name)).collect();
         let mut seen: BTreeSet<&str> = BTreeSet::new();
         for span in initial.chain(calculated.flatten()).map(|assignment| assignment.name) {
             let name = tree.text(span);
-            let unread = self.scope.get(name).is_some_and(|param| !self.scope.is_read(param));
-            if !unread || name.starts_with('_') || !seen.insert(name) {
+            let Some(param) = self.scope.get(name) else { continue };
+            if self.scope.is_read(param) || name.starts_with('_') || !seen.insert(name) {
                 continue;
             }
             let is_read = |other: &&str| self.scope.get(other).is_some_and(|param| self.scope.is_read(param));
             let others = self.scope.names().filter(is_read);
             let help = match guess(&self.diagnostics, name, others) {
                 Some(other) => Some(format!("did you mean `{other}`?")),
-                None if counted.contains(name) => Some(format!(
+                None if self.scope.is_counted(param) => Some(format!(
                     "a recursion ends where a selection function reads what it counts, as in `TREE if({name} > 0, 2, 1)`"
                 )),
                 None => None,

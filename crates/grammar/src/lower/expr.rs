@@ -23,8 +23,10 @@ pub(super) struct Scope<'t> {
     reported: BTreeSet<String>,
     /// The parameter whose initial value is being translated.
     own: Option<&'t str>,
-    /// And the one that a calculation is giving a value: that it reads itself there is no use of it.
-    counted: Option<ParamId>,
+    /// And the one that a calculation gives a value: that it is read there is no use of it.
+    assigned: Option<ParamId>,
+    /// Parameters that have been read so.
+    counted: BTreeSet<ParamId>,
     /// Parameters that will be known further down.
     later: BTreeSet<&'t str>,
     /// Symbols and macros: known names, but not of numbers.
@@ -66,8 +68,13 @@ impl<'t> Scope<'t> {
     }
 
     /// What a calculation gives to this parameter follows, or its end.
-    pub(super) fn count(&mut self, param: Option<ParamId>) {
-        self.counted = param;
+    pub(super) fn assign(&mut self, param: Option<ParamId>) {
+        self.assigned = param;
+    }
+
+    /// Whether a calculation has read the parameter that it gives a value.
+    pub(super) fn is_counted(&self, param: ParamId) -> bool {
+        self.counted.contains(&param)
     }
 
     pub(super) fn is_read(&self, param: ParamId) -> bool {
@@ -159,9 +166,8 @@ impl<'t> Scope<'t> {
             return Some(Expr::from(std::f64::consts::PI));
         }
         if let Some(param) = self.get(name) {
-            if self.counted != Some(param) {
-                self.read.insert(param);
-            }
+            let reads = if self.assigned == Some(param) { &mut self.counted } else { &mut self.read };
+            reads.insert(param);
             return Some(Expr::from(param));
         }
         if self.reported.insert(name.to_owned()) {

@@ -362,8 +362,8 @@ impl Tracer<'_> {
         self.note(work);
     }
 
-    /// Traces rays together. If they come to more than is held at one time, or have nothing in common, each has to go alone, and
-    /// it says `false`.
+    /// Traces rays together. If they come to more than is held at one time, or their lengths are too different, each has to go
+    /// alone, and it says `false`.
     fn trace_packet(&mut self, batch: Batch<'_>, end: impl Fn(usize) -> f64, ask: Ask) -> bool {
         let Batch { rays, beam } = batch;
         assert!(rays.len() <= PACKET, "a packet has {PACKET} rays");

@@ -140,7 +140,8 @@ impl Tracer<'_> {
         let Self { level, held, hits, solids, .. } = self;
         assert!(hits.detail.is_some(), "a solid has a face where a ray meets it");
         let come_to = dispatch!(*level, simd => solids.first(simd, held, hits, (solid, place), &ray, t));
-        come_to.map(|(_, face)| face)
+        // By rounding the ray may come to nothing now: it is seen all the same.
+        Some(come_to.map_or(place.as_box(), |(_, face)| face))
     }
 
     /// A ray of the world in the frame of an item.

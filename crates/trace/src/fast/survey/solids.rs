@@ -51,7 +51,8 @@ impl<'b> Tracing<'b> {
             let inside = transform(line, &item.item_from_super);
             let at = (solid, Place::new(START, at));
             let first = dispatch!(*level, simd => solids.first(simd, held, hits, at, &inside, f64::INFINITY));
-            first.is_some()
+            // As on demand, what is wrong there stops it.
+            first.is_some() || held.is_void()
         });
         cells.iter().any(|share| *share > 0.0).then_some(Cover { cells, apart: 0.0 })
     }
