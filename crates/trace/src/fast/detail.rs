@@ -26,7 +26,7 @@ use super::hits::Place;
 use super::lanes::LANES;
 use super::sample::Dice;
 use super::survey::outline::{Outline, flux};
-use super::tree::Child;
+use super::tree::{Child, Target};
 use crate::Ray;
 use crate::shapes::Extents;
 
@@ -300,13 +300,13 @@ impl Compiled {
     pub(super) fn with_parts(mut self) -> Self {
         self.parts = self.items.iter().map(Part::new).collect();
         for ball in &self.supers {
-            let mut open: Vec<usize> = ball.root.and_then(|root| root.get().err()).into_iter().collect();
+            let mut open: Vec<usize> = ball.root.and_then(|root| root.as_node()).into_iter().collect();
             while let Some(at) = open.pop() {
                 let node = &self.nodes[at];
                 for slot in node.slots() {
-                    match node.children[slot].get() {
-                        Err(below) => open.push(below),
-                        Ok(item) => {
+                    match node.children[slot].target() {
+                        Target::Node(below) => open.push(below),
+                        Target::Item(item) => {
                             let part = &mut self.parts[item];
                             part.bounds = ball.bounds(node.bounds(slot));
                             if !matches!(self.items[item].content, Content::Shape(_)) {
@@ -323,7 +323,7 @@ impl Compiled {
     /// Keeps what slabs leave of the boxes of all items.
     pub(super) fn with_outlines(mut self) -> Self {
         for (child, outline) in self.outlines() {
-            if let Ok(item) = child.get() {
+            if let Some(item) = child.as_item() {
                 self.parts[item].outline = Some(Box::new(outline));
             }
         }
@@ -341,9 +341,9 @@ impl Compiled {
         let solids = (0..self.items.len()).filter(is_solid);
         self.measured = nodes.into_iter().map(Child::node).chain(solids.map(Child::item)).collect();
         for (place, child) in (0..).zip(&self.measured) {
-            match child.get() {
-                Err(node) => self.nodes[node].cover = place,
-                Ok(item) => self.parts[item].cover = place,
+            match child.target() {
+                Target::Node(node) => self.nodes[node].cover = place,
+                Target::Item(item) => self.parts[item].cover = place,
             }
         }
         self

@@ -19,7 +19,7 @@ use super::frame::DRIFT;
 use super::held::Held;
 use super::hits::{Hits, Place, ROOT, START, Trail};
 use super::lanes::{LANES, Rays};
-use super::tree::Child;
+use super::tree::{Child, Target};
 
 /// The most entries of a beam.
 const MOST: usize = 16;
@@ -244,13 +244,13 @@ impl Candidate {
         let drift = DRIFT * (self.beam.origin - ball.center).abs().element_sum();
         let mut met = Vec::new();
         let mut open = Vec::new();
-        match ball.root.map(|root| (root, root.get())) {
+        match ball.root.map(|root| (root, root.target())) {
             None => {}
-            Some((child, Ok(item))) => {
+            Some((child, Target::Item(item))) => {
                 let entry = Entry { way, number, child, slot: None, ..self.entry };
                 met.push(Met { item, entry, size: self.size });
             }
-            Some((_, Err(node))) => open.push(node),
+            Some((_, Target::Node(node))) => open.push(node),
         }
         while let Some(at) = open.pop() {
             let node = &block.nodes[at];
@@ -258,10 +258,10 @@ impl Candidate {
                 let Aabb { min, max } = ball.bounds(node.bounds(slot));
                 let bounds = Aabb { min: min - drift, max: max + drift };
                 let Some(near) = self.beam.meets(&bounds) else { continue };
-                match node.children[slot].get() {
-                    Err(below) => open.push(below),
-                    Ok(_) if met.len() == most => return None,
-                    Ok(item) => {
+                match node.children[slot].target() {
+                    Target::Node(below) => open.push(below),
+                    Target::Item(_) if met.len() == most => return None,
+                    Target::Item(item) => {
                         let sight = Sight { near, window: self.beam.window(&bounds) };
                         let entry = Entry { way, number, child: Child::node(at), slot: Some(slot), sight };
                         met.push(Met { item, entry, size: self.beam.times(&bounds, near) });

@@ -199,7 +199,7 @@ impl Faces {
             let block = held.block(number);
             let ball = &block.supers[operand as usize];
             let Some(root) = ball.root else { return Some(Crossing::OUTSIDE) };
-            if let Ok(at) = root.get() {
+            if let Some(at) = root.as_item() {
                 let place = Place::new(way, at);
                 let item = &block.items[at];
                 match item.content {

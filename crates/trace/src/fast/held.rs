@@ -349,7 +349,7 @@ impl<'a> Held<'a> {
             debug_assert_eq!(self.rounds, self.source.rounds());
             return Some(block.covers.get_or_init(measure)[place].along(direction));
         }
-        let item = child.get().ok()?;
+        let item = child.as_item()?;
         let Content::Gate(gate) = block.items[item].content else { return None };
         let Gate { state, class, .. } = &block.gates[gate as usize];
         let known;

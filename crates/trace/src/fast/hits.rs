@@ -10,7 +10,7 @@ use smallvec::SmallVec;
 use super::compile::{Compiled, index};
 use super::detail::{Detail, Stretch};
 use super::lanes::{LANES, Lanes};
-use super::tree::Child;
+use super::tree::{Child, Target};
 use crate::Ray;
 
 /// Where a way begins: at the root.
@@ -90,9 +90,9 @@ impl Place {
 
     /// The box of a child of a super-node that a way leads to.
     pub(super) fn box_of(way: u32, child: Child) -> Self {
-        match child.get() {
-            Ok(item) => Self::new(way, item).as_box(),
-            Err(node) => Self { is_node: true, ..Self::new(way, node) }.as_box(),
+        match child.target() {
+            Target::Item(item) => Self::new(way, item).as_box(),
+            Target::Node(node) => Self { is_node: true, ..Self::new(way, node) }.as_box(),
         }
     }
 }

@@ -7,7 +7,7 @@ use super::held::Held;
 use super::hits::{Hits, Place};
 use super::lanes::transform;
 use super::solid::Solids;
-use super::tree::Child;
+use super::tree::{Child, Target};
 use crate::Ray;
 
 /// What rays ask for.
@@ -50,9 +50,9 @@ impl Inquiry<'_> {
     #[inline(always)]
     pub(super) fn is_small(&self, block: &Compiled, way: u32, child: Child, t: f64) -> bool {
         let Some(detail) = &self.hits.detail else { return false };
-        match child.get() {
-            Ok(item) => detail.hides_part(way, &block.parts[item], t),
-            Err(node) => detail.hides(way, block.nodes[node].size, t),
+        match child.target() {
+            Target::Item(item) => detail.hides_part(way, &block.parts[item], t),
+            Target::Node(node) => detail.hides(way, block.nodes[node].size, t),
         }
     }
 

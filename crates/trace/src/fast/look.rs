@@ -14,7 +14,7 @@ use super::frame::narrow;
 use super::hits::Place;
 use super::sample::Dice;
 use super::survey::Surveyed;
-use super::tree::Child;
+use super::tree::{Child, Target};
 
 /// What is seen of all nodes and items.
 #[derive(Debug, Default)]
@@ -94,9 +94,9 @@ impl Compiled {
 
     /// The place of the cover of a child of a node among all, if it has one.
     pub(super) fn place_of_cover(&self, child: Child) -> u32 {
-        match child.get() {
-            Ok(item) => self.parts[item].cover,
-            Err(node) => self.nodes[node].cover,
+        match child.target() {
+            Target::Item(item) => self.parts[item].cover,
+            Target::Node(node) => self.nodes[node].cover,
         }
     }
 
@@ -136,7 +136,7 @@ impl Compiled {
 
     /// The node at the root of the tree of a super-node, if it has one.
     pub(super) fn root_node(&self, number: u32) -> Option<usize> {
-        self.supers[number as usize].root?.get().err()
+        self.supers[number as usize].root?.as_node()
     }
 
     /// The super-nodes, each behind those that its items lead to.
@@ -184,17 +184,17 @@ impl Compiled {
         let mut nodes: Vec<usize> = self.root_node(number).into_iter().collect();
         let mut next = 0;
         while let Some(at) = nodes.get(next) {
-            nodes.extend(self.children(*at).filter_map(|child| child.get().err()));
+            nodes.extend(self.children(*at).filter_map(|child| child.as_node()));
             next += 1;
         }
         nodes
     }
 
     pub(super) fn items_of(&self, number: u32) -> impl Iterator<Item = usize> {
-        let alone = self.supers[number as usize].root.and_then(|root| root.get().ok());
+        let alone = self.supers[number as usize].root.and_then(|root| root.as_item());
         let nodes = self.nodes_of(number);
         let below =
-            nodes.into_iter().flat_map(|node| self.children(node).filter_map(|child| child.get().ok()));
+            nodes.into_iter().flat_map(|node| self.children(node).filter_map(|child| child.as_item()));
         alone.into_iter().chain(below)
     }
 

@@ -24,7 +24,7 @@ use super::lanes::{HALF, LANES, Lanes, Mask, Rays, bits, each, transform};
 use super::line::{Floats, Line, float_bits, load};
 use super::shapes;
 use super::single::{self, Single};
-use super::tree::{Child, Node, WIDTH};
+use super::tree::{Child, Node, Target, WIDTH};
 
 /// All children of a node.
 const ALL_SLOTS: u32 = (1 << WIDTH) - 1;
@@ -129,7 +129,7 @@ impl Packet {
         (first.block, first.way) = (number, entry.way);
         let block = inquiry.held.block(number);
         let ball = &block.supers[entry.number as usize];
-        let slot = entry.slot.zip(entry.child.get().err().map(|node| &block.nodes[node]));
+        let slot = entry.slot.zip(entry.child.as_node().map(|node| &block.nodes[node]));
         // The beam has met the box. Where each ray does is asked only to judge how small it is there.
         let child = slot.filter(|_| !DETAIL).map_or(entry.child, |(slot, node)| node.children[slot]);
         self.enter(simd, inquiry, (ball, child), 0, lanes);
@@ -175,14 +175,14 @@ impl Packet {
                 }
                 continue;
             }
-            let at = match open.child.get() {
-                Err(node) => {
+            let at = match open.child.target() {
+                Target::Node(node) => {
                     let node = &block.nodes[node];
                     inquiry.work.boxes += u64::from(node.count * lanes.count_ones());
                     push(simd, &mut self.stack, block, node, rays, &open, ALL_SLOTS);
                     continue;
                 }
-                Ok(at) => at,
+                Target::Item(at) => at,
             };
             let item = &block.items[at];
             let place = Place::new(rays.way, at);

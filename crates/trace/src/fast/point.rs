@@ -12,7 +12,7 @@ use super::frame::{DRIFT, narrow};
 use super::held::Held;
 use super::hits::{Hits, Place};
 use super::lanes::transform;
-use super::tree::{Child, Node, WIDTH};
+use super::tree::{Child, Node, Target, WIDTH};
 use crate::Ray;
 
 /// The memory of points in super-nodes, one inside of the other.
@@ -90,9 +90,9 @@ impl Points {
             self.levels.truncate(level as usize + 1);
             let Level { ray, center, to_unit, block: number, way, drift } = self.levels[level as usize];
             let block = held.block(number);
-            let at = match child.get() {
-                Ok(at) => at,
-                Err(node) => {
+            let at = match child.target() {
+                Target::Item(at) => at,
+                Target::Node(node) => {
                     let node = &block.nodes[node];
                     let point = (ray.at(t) - center) * to_unit;
                     let mut met = holds(simd, node, point.to_array().map(narrow), drift);

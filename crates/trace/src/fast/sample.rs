@@ -11,7 +11,7 @@ use glam::{DAffine3, DVec3};
 
 use super::compile::{Compiled, Content, Gate};
 use super::states::{Paint, inverse, paint_over};
-use super::tree::{self, Child, WIDTH};
+use super::tree::{self, Child, Target, WIDTH};
 use super::unions::Unions;
 use crate::{Ray, shapes};
 
@@ -126,10 +126,10 @@ impl Sample {
                 Content::Super(number) => number,
                 Content::Solid(solid) => block.solids[solid as usize].operands[0],
             };
-            at = match block.supers[below as usize].root.map(Child::get) {
+            at = match block.supers[below as usize].root.map(Child::target) {
                 None => return (sample, None),
-                Some(Ok(item)) => item,
-                Some(Err(node)) => draw_item(block, &block.nodes[node], dice),
+                Some(Target::Item(item)) => item,
+                Some(Target::Node(node)) => draw_item(block, &block.nodes[node], dice),
             };
             is_below = true;
         }
@@ -215,9 +215,9 @@ fn draw_item<'b>(block: &'b Compiled, mut node: &'b tree::Node, dice: &mut Dice)
     loop {
         let area = |slot: usize| node.bounds(slot).surface_area();
         let drawn = dice.draw(node.slots().map(area));
-        match node.children[drawn % WIDTH].get() {
-            Ok(item) => return item,
-            Err(below) => node = &block.nodes[below],
+        match node.children[drawn % WIDTH].target() {
+            Target::Item(item) => return item,
+            Target::Node(below) => node = &block.nodes[below],
         }
     }
 }

@@ -11,7 +11,7 @@ use super::held::Held;
 use super::hits::{Place, ROOT, START};
 use super::lanes::transform;
 use super::line::Line;
-use super::tree::{Child, Node, WIDTH};
+use super::tree::{Child, Node, Target, WIDTH};
 use crate::Ray;
 use crate::shapes::{self, Extents};
 
@@ -56,18 +56,18 @@ impl Single {
             if open.near <= end {
                 let narrow = &self.levels[level as usize];
                 let t = narrow.t(open.near);
-                let next = match open.child.get() {
+                let next = match open.child.target() {
                     _ if DETAIL && inquiry.is_small(block, narrow.way, open.child, t) => {
                         inquiry.meet_small(lane, (narrow.way, open.child), &narrow.ray, t);
                         None
                     }
-                    Err(node) => {
+                    Target::Node(node) => {
                         let node = &block.nodes[node];
                         inquiry.work.boxes += u64::from(node.count);
                         let (near, met) = met_in_slabs(simd, block, node, &narrow.line, narrow.start, end);
                         nearest(&mut self.stack, node, near, met, level)
                     }
-                    Ok(at) => {
+                    Target::Item(at) => {
                         let below = self.ask(simd, inquiry, block, lane, level, at);
                         below.map(|child| Open { near: f32::NEG_INFINITY, child, level: level + 1 })
                     }
@@ -137,9 +137,9 @@ impl Single {
         let block = held.block(ROOT);
         let root = &block.supers[0];
         let child = child.or(root.root)?;
-        let narrow = match child.get() {
-            Ok(_) => Narrow::alone(*ray, ROOT, START),
-            Err(_) => Narrow::new(*ray, root, ROOT, START, !block.slabs.is_empty())?,
+        let narrow = match child.target() {
+            Target::Item(_) => Narrow::alone(*ray, ROOT, START),
+            Target::Node(_) => Narrow::new(*ray, root, ROOT, START, !block.slabs.is_empty())?,
         };
         Some((narrow, child))
     }

@@ -15,7 +15,7 @@ use glam::{DVec3, Vec3A, Vec4};
 
 use super::frame::narrow;
 use super::line::{LEAST, Lines};
-use super::tree::{Node, PADDING, WIDTH};
+use super::tree::{Node, PADDING, Target, WIDTH};
 
 /// The diagonals of the cube. They are √3 long, and so are coordinates along them.
 pub(super) const DIAGONALS: [DVec3; 4] = {
@@ -94,9 +94,9 @@ pub(super) fn add(
         let mut of_node = Slabs { least: [[0.0; WIDTH]; 4], most: [[0.0; WIDTH]; 4] };
         let (mut width, mut box_width) = (0.0, 0.0);
         for slot in node.slots() {
-            let reach = match node.children[slot].get() {
-                Ok(item) => items[item - first],
-                Err(below) => all[below - first_node],
+            let reach = match node.children[slot].target() {
+                Target::Item(item) => items[item - first],
+                Target::Node(below) => all[below - first_node],
             };
             all[at - first_node] = all[at - first_node].join(reach);
             width += reach.width();

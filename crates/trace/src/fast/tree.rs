@@ -21,9 +21,16 @@ pub(super) const PADDING: f64 = 1.0 / (1 << 20) as f64;
 /// Bins of the surface area heuristic.
 const BINS: usize = 16;
 
-/// Where a tree goes on: at a node, or at an item.
+/// A [`Target`] in four bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Child(u32);
+
+/// Where a tree goes on, by the index of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Target {
+    Node(usize),
+    Item(usize),
+}
 
 /// The boxes of up to [`WIDTH`] children, side by side.
 #[derive(Clone, Debug)]
@@ -45,22 +52,34 @@ impl Child {
     const ITEM: u32 = 1 << 31;
 
     pub(super) fn node(index: usize) -> Self {
-        Self(
-            u32::try_from(index)
-                .ok()
-                .filter(|index| index & Self::ITEM == 0)
-                .expect("2³¹ nodes outgrow memory"),
-        )
+        Self(Self::number(index))
     }
 
     pub(super) fn item(index: usize) -> Self {
-        let index = u32::try_from(index).ok().filter(|index| index & Self::ITEM == 0);
-        Self(index.expect("2³¹ items outgrow memory") | Self::ITEM)
+        Self(Self::number(index) | Self::ITEM)
     }
 
-    /// The index of the item, or that of the node as an error.
-    pub(super) fn get(self) -> Result<usize, usize> {
-        if self.0 & Self::ITEM == 0 { Err(self.0 as usize) } else { Ok((self.0 ^ Self::ITEM) as usize) }
+    fn number(index: usize) -> u32 {
+        let number = u32::try_from(index).ok().filter(|number| number & Self::ITEM == 0);
+        number.expect("2³¹ nodes or items outgrow memory")
+    }
+
+    #[inline(always)]
+    pub(super) fn target(self) -> Target {
+        let index = (self.0 & !Self::ITEM) as usize;
+        if self.0 & Self::ITEM == 0 { Target::Node(index) } else { Target::Item(index) }
+    }
+
+    #[inline(always)]
+    pub(super) fn as_node(self) -> Option<usize> {
+        let Target::Node(node) = self.target() else { return None };
+        Some(node)
+    }
+
+    #[inline(always)]
+    pub(super) fn as_item(self) -> Option<usize> {
+        let Target::Item(item) = self.target() else { return None };
+        Some(item)
     }
 }
 

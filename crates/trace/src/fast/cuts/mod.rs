@@ -31,7 +31,7 @@ use super::inquiry::Ask;
 use super::lanes::{HALF, LANES, Lanes, Mask, Rays, Vec3x8, bits, each};
 use super::shapes;
 use super::solid::Solids;
-use super::tree::Child;
+use super::tree::{Child, Target};
 use crate::Ray;
 
 /// Rays start from the top until they have gone down through so many super-nodes, all times together. Those that still go
@@ -88,7 +88,7 @@ impl Cuts {
                 let number = hits.block(place.way);
                 let block = held.block(number);
                 let Solid { operator, operands: [left, right] } = block.solids[solid as usize];
-                let left_at = block.supers[left as usize].root?.get().ok()?;
+                let left_at = block.supers[left as usize].root?.as_item()?;
                 let left = &block.items[left_at];
                 let Content::Shape(shape) = left.content else { return None };
                 // What stands for small parts is for single rays to say.
@@ -185,8 +185,8 @@ impl Cuts {
             deepest = deepest.max(level as usize);
             let here = &mut self.levels[level as usize];
             let block = held.block(here.block);
-            let at = match child.get() {
-                Err(node) => {
+            let at = match child.target() {
+                Target::Node(node) => {
                     if here.changes != self.front.changes {
                         here.set_points(simd, &self.front);
                     }
@@ -195,7 +195,7 @@ impl Cuts {
                     push(simd, &mut self.stack, node, here, level, lanes);
                     continue;
                 }
-                Ok(at) => at,
+                Target::Item(at) => at,
             };
             let item = &block.items[at];
             let place = Place::new(here.way, at);

@@ -9,6 +9,7 @@ use crate::fast::held::Held;
 use crate::fast::hits::{Hits, Place};
 use crate::fast::lanes::transform;
 use crate::fast::single::{met, nearest};
+use crate::fast::tree::Target;
 
 /// A union that is being searched for where a ray comes inside.
 #[derive(Clone, Copy, Debug)]
@@ -67,8 +68,8 @@ impl Solids {
             }
             let narrow = &self.levels[level as usize];
             let block = held.block(narrow.block);
-            let at = match open.child.get() {
-                Err(node) => {
+            let at = match open.child.target() {
+                Target::Node(node) => {
                     let node = &block.nodes[node];
                     self.work.boxes += u64::from(node.count);
                     let (near, met) = met(simd, node, &narrow.line, start, end);
@@ -76,7 +77,7 @@ impl Solids {
                     self.stack.extend(next);
                     continue;
                 }
-                Ok(at) => at,
+                Target::Item(at) => at,
             };
             let item = &block.items[at];
             let place = Place::new(narrow.way, at);

@@ -14,7 +14,7 @@ use crate::fast::held::Held;
 use crate::fast::hits::{Hits, Place, ROOT};
 use crate::fast::lanes::transform;
 use crate::fast::single::{Open, crossed};
-use crate::fast::tree::WIDTH;
+use crate::fast::tree::{Target, WIDTH};
 
 /// A union that is being searched for where a ray gets outside.
 #[derive(Clone, Copy, Debug)]
@@ -68,8 +68,8 @@ impl Solids {
             if -open.near < start {
                 continue;
             }
-            let at = match open.child.get() {
-                Err(node) => {
+            let at = match open.child.target() {
+                Target::Node(node) => {
                     let node = &block.nodes[node];
                     self.work.boxes += u64::from(node.count);
                     let ([near, far], mut met) = crossed(simd, node, &narrow.line, start, end);
@@ -85,7 +85,7 @@ impl Solids {
                     }
                     continue;
                 }
-                Ok(at) => at,
+                Target::Item(at) => at,
             };
             let item = &block.items[at];
             let place = Place::new(narrow.way, at);

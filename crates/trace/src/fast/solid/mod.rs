@@ -194,7 +194,7 @@ impl Solids {
             let block = held.block(number);
             let ball = &block.supers[operand as usize];
             let Some(root) = ball.root else { return Some(question.nowhere()) };
-            if let Ok(at) = root.get() {
+            if let Some(at) = root.as_item() {
                 let item = &block.items[at];
                 let place = Place::new(way, at);
                 match item.content {

@@ -21,7 +21,7 @@ use crate::fast::Tracer;
 use crate::fast::blocks::Blocks;
 use crate::fast::compile::Compiled;
 use crate::fast::cover::{CELLS, Cover};
-use crate::fast::tree::Child;
+use crate::fast::tree::{Child, Target};
 
 /// Lines through the box of a state in each direction: they go down much farther than those of what is measured ahead.
 const LINES: usize = 48;
@@ -82,9 +82,9 @@ pub(in crate::fast) fn measure(source: &Blocks, block: &Arc<Compiled>, rounds: u
     // Of a block, only the first super-node has slabs: the others are operands.
     let outlines = block.outlines();
     let cover = |child: &Child| {
-        let bounds = match child.get() {
-            Err(node) => block.node_bounds(0, node),
-            Ok(item) => block.parts[item].bounds,
+        let bounds = match child.target() {
+            Target::Node(node) => block.node_bounds(0, node),
+            Target::Item(item) => block.parts[item].bounds,
         };
         if !is_measured(&bounds) {
             return Cover::ALL;

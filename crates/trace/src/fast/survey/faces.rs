@@ -12,6 +12,7 @@ use crate::fast::hits::{ROOT, START};
 use crate::fast::lanes::transform;
 use crate::fast::look::Seen;
 use crate::fast::sample::{Dice, Sample};
+use crate::fast::tree::Target;
 use crate::{Ray, shapes};
 
 impl Survey<'_> {
@@ -57,9 +58,9 @@ impl Survey<'_> {
     /// What a line sees of a part that stops it.
     fn see(&mut self, Meeting { t, child, .. }: Meeting, line: &Ray, dice: &mut Dice) -> Option<Seen> {
         let block = self.block;
-        let at = match child.get() {
-            Err(node) => return self.found.looks[node].draw(line.direction, dice),
-            Ok(at) => at,
+        let at = match child.target() {
+            Target::Node(node) => return self.found.looks[node].draw(line.direction, dice),
+            Target::Item(at) => at,
         };
         let item = &block.items[at];
         let inside = transform(line, &item.item_from_super);

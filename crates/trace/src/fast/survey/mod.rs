@@ -36,7 +36,7 @@ use super::lanes::transform;
 use super::look::Look;
 use super::sample::Dice;
 use super::single;
-use super::tree::{Child, WIDTH};
+use super::tree::{Child, Target, WIDTH};
 use crate::{Ray, shapes};
 
 /// Lines through the box of a super-node in each direction, unless there are too many boxes. What is above goes by what they
@@ -205,9 +205,9 @@ impl Survey<'_> {
     /// Lines were drawn through boxes, but rays have met slabs when they ask for a cover, where there are some.
     fn leave_to_slabs(&mut self) {
         for (child, outline) in self.block.outlines() {
-            match child.get() {
-                Err(node) => outline.narrow(&self.found.bounds[node], &mut self.found.nodes[node]),
-                Ok(item) => {
+            match child.target() {
+                Target::Node(node) => outline.narrow(&self.found.bounds[node], &mut self.found.nodes[node]),
+                Target::Item(item) => {
                     let bounds = &self.block.parts[item].bounds;
                     self.found.items[item].iter_mut().for_each(|cover| outline.narrow(bounds, cover));
                 }
@@ -217,9 +217,9 @@ impl Survey<'_> {
 
     /// The box and the cover of a child of a node; no cover of a primitive.
     fn measured(&self, child: Child) -> (&Aabb, Option<&Cover>) {
-        match child.get() {
-            Err(node) => (&self.found.bounds[node], Some(&self.found.nodes[node])),
-            Ok(item) => (&self.block.parts[item].bounds, self.found.items[item].as_ref()),
+        match child.target() {
+            Target::Node(node) => (&self.found.bounds[node], Some(&self.found.nodes[node])),
+            Target::Item(item) => (&self.block.parts[item].bounds, self.found.items[item].as_ref()),
         }
     }
 
@@ -296,8 +296,8 @@ impl Survey<'_> {
         // A frame that is not the first is one below it.
         while let Some((frame, child)) = self.open.pop() {
             let ray = &self.frames[frame];
-            let at = match child.get() {
-                Err(node) => {
+            let at = match child.target() {
+                Target::Node(node) => {
                     let node = &block.nodes[node];
                     let (_, mut met) = single::met(simd, node, &ray.line, ray.start, f32::MAX);
                     while met != 0 {
@@ -306,7 +306,7 @@ impl Survey<'_> {
                     }
                     continue;
                 }
-                Ok(at) => at,
+                Target::Item(at) => at,
             };
             let item = &block.items[at];
             match (&self.found.items[at], item.content) {
@@ -354,7 +354,7 @@ impl Survey<'_> {
                 Content::Shape(shape) => {
                     return single::first(&shapes::extents(&block.shapes[shape as usize], &ray));
                 }
-                Content::Super(number) => at = block.supers[number as usize].root?.get().ok()?,
+                Content::Super(number) => at = block.supers[number as usize].root?.as_item()?,
                 Content::Solid(_) | Content::Gate(_) => return None,
             }
         }
@@ -371,13 +371,13 @@ impl Survey<'_> {
             met &= met - 1;
             let child = block.nodes[node].children[slot];
             let t = narrow.t(near[slot]);
-            let met = match (self.measured(child), child.get()) {
+            let met = match (self.measured(child), child.target()) {
                 ((_, Some(cover)), _) => Meeting::new(t, cover, &narrow.ray, child),
-                ((_, None), Ok(at)) => {
+                ((_, None), Target::Item(at)) => {
                     let Some(first) = self.meet_primitive(&narrow.ray, at) else { continue };
                     Meeting { t: first.max(t), cover: 1.0, apart: 0.0, child }
                 }
-                ((_, None), Err(_)) => unreachable!("all nodes have covers"),
+                ((_, None), Target::Node(_)) => unreachable!("all nodes have covers"),
             };
             if met.cover > 0.0 {
                 meetings.push(met);

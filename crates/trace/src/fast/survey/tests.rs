@@ -123,7 +123,7 @@ fn covers_are_of_rays_that_meet_slabs() {
     for at in whole.nodes_of(0) {
         let node = &whole.nodes[at];
         for slot in node.slots() {
-            let Err(child) = node.children[slot].get() else { continue };
+            let Some(child) = node.children[slot].as_node() else { continue };
             for number in 0..20 * CELLS {
                 let cell = number % CELLS;
                 let (line, weight) = Throws::new(&mut dice).line(&found.bounds[child], cell, 0);
