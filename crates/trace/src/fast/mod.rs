@@ -12,7 +12,8 @@
 //! - [`entry`]: where the rays of a beam begin, past the way that all of them have in common;
 //! - [`packet`], [`single`]: the first hit of rays together and alone; [`lanes`] and [`shapes`] are their arithmetic;
 //! - [`solid`], [`cuts`], [`face`]: the first boundary of the results of ∩ and \\, alone and together, and whose face it is;
-//! - [`batch`], [`inquiry`], [`hits`]: which rays, what is asked of them, what was hit, and the way to it;
+//! - [`tracer`], [`batch`], [`inquiry`], [`hits`]: how a question begins and ends, which rays, what is asked of them, what was
+//!   hit, and the way to it;
 //! - [`resolve`], [`together`]: surface and normal there, for one ray and for several;
 //! - [`detail`], [`look`], [`cover`], [`survey`], [`sample`]: what is too small to be looked into, and what is seen of it.
 
@@ -47,6 +48,7 @@ mod survey;
 #[cfg(test)]
 mod tests;
 mod together;
+mod tracer;
 mod tree;
 pub(crate) mod unions;
 
@@ -54,28 +56,17 @@ use std::sync::Arc;
 
 use csg_graph::{EvalError, Graph};
 use csg_graph_bounds::ExactBoxes;
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Level;
 
 pub use self::batch::Batch;
 use self::blocks::{Blocks, OnDemand};
 pub(crate) use self::bounds::Bounds;
 pub use self::bounds::StateBounds;
 use self::compile::Compiled;
-use self::detail::Detail;
 pub use self::detail::Footprint;
 pub use self::entry::Beam;
-use self::entry::Entries;
-use self::face::Faces;
 use self::held::Held;
-use self::hits::{Hits, Place};
-use self::inquiry::{Ask, Inquiry, Work};
-use self::packet::Packet;
-use self::resolve::Coat;
-use self::single::Single;
-use self::solid::Solids;
-use self::together::Together;
-use self::tree::Child;
-use crate::{Counters, Hit, Ray};
+pub use self::tracer::Tracer;
 
 /// Rays that are traced together.
 pub const PACKET: usize = lanes::LANES;
@@ -160,278 +151,5 @@ impl Accelerated {
     pub fn tracer(&self) -> Tracer<'_> {
         let rounds = if self.detail > 0.0 { self.blocks.rounds() } else { 0 };
         Tracer::new(Held::new(&self.blocks, rounds), self.level, self.detail)
-    }
-}
-
-impl<'a> Tracer<'a> {
-    fn new(held: Held<'a>, level: Level, detail: f64) -> Self {
-        let mut tracer = Self {
-            level,
-            detail,
-            held,
-            packet: Packet::default(),
-            single: Single::default(),
-            hits: Hits::new(),
-            solids: Solids::default(),
-            faces: Faces::default(),
-            root: Entries::default(),
-            entries: Entries::default(),
-            counters: Counters::default(),
-            items: Vec::new(),
-            paints: Vec::new(),
-            together: Together::default(),
-            coat: None,
-            last: None,
-        };
-        tracer.root.root(&tracer.held);
-        tracer.set_footprint(Footprint::LINE);
-        tracer
-    }
-
-    /// One for lines through a block on its own that look into nothing smaller than a `width`, and of which small parts stop
-    /// as many as is found of these in so many rounds.
-    fn of_lines(source: &'a Blocks, block: Arc<Compiled>, rounds: u8, width: f64) -> Self {
-        let mut tracer = Self::new(Held::alone(source, block, rounds), Level::new(), 1.0);
-        tracer.set_footprint(Footprint { width, spread: 0.0 });
-        tracer
-    }
-
-    /// Whether a line is stopped anywhere, or below a node of the first super-node, or by an item, in the frame of its own. What
-    /// is wrong there stops it: how much of it would is not to be known.
-    fn is_stopped(&mut self, line: &Ray, child: Option<Child>) -> bool {
-        self.trace_from(line, f64::INFINITY, Ask::Any, child);
-        self.hits.found(0).is_some() || self.held.is_void()
-    }
-}
-
-/// Traces rays through a compiled graph.
-///
-/// Queries do not fail. Where one has come to what has no value, or to no end, [`Tracer::take_fault`] says so; until it is asked,
-/// the queries that follow may find nothing.
-#[derive(Debug)]
-pub struct Tracer<'a> {
-    level: Level,
-    detail: f64,
-    held: Held<'a>,
-    packet: Packet,
-    single: Single,
-    hits: Hits,
-    solids: Solids,
-    faces: Faces,
-    /// Where rays begin, and those of the last beam.
-    root: Entries,
-    entries: Entries,
-    counters: Counters,
-    /// Items on a way and the paints of items, with their blocks.
-    items: Vec<(u32, u32)>,
-    paints: Vec<(u32, u32)>,
-    together: Together,
-    /// That of the last hit: neighbouring rays often hit the same item.
-    coat: Option<Coat>,
-    /// What was named last.
-    last: Option<Place>,
-}
-
-impl Tracer<'_> {
-    /// Says how large a pixel is along the next rays. What is smaller than the share of it that the scene was given as
-    /// [detail](Accelerated::with_detail) is not looked into: its box is met, and shows a primitive of the part that is drawn
-    /// by chance. Below the right operand of \\ it is left out, so that nothing is cut off but what really is.
-    ///
-    /// Of rays that are traced together, one says for all what is small, so that a hit depends on which these are. A tracer
-    /// begins with rays that are lines. In any case parts are not looked into that are smaller than
-    /// [`Accelerated::FINEST`] of the distance and of the whole, or 10⁻¹² of what is compiled on demand.
-    pub fn set_footprint(&mut self, pixel: Footprint) {
-        let finest = self.held.finest();
-        // What no ray has met has no size.
-        let share = |size: f64| if self.detail > 0.0 { self.detail * size } else { 0.0 };
-        let small = Footprint {
-            width: share(pixel.width).max(finest.width),
-            spread: share(pixel.spread).max(finest.spread),
-        };
-        if small == Footprint::LINE {
-            self.hits.detail = None;
-        } else {
-            self.hits.detail.get_or_insert_with(Detail::new).set_footprint(small, finest);
-        }
-    }
-
-    /// The first hit of a ray, as [`Walk::nearest`](crate::Walk::nearest).
-    pub fn nearest(&mut self, ray: &Ray) -> Option<Hit> {
-        self.counters.rays += 1;
-        self.nearest_alone(ray)
-    }
-
-    fn nearest_alone(&mut self, ray: &Ray) -> Option<Hit> {
-        self.trace_one(ray, f64::INFINITY, Ask::Nearest);
-        let place = self.hits.found(0)?;
-        let place = self.face(place, ray, self.hits.t.0[0])?;
-        self.last = Some(place);
-        self.hit(0, place, ray)
-    }
-
-    /// How far up to [`PACKET`] rays go: the parameters of their first hits, infinite for those that hit nothing. What is
-    /// hit there is not asked, which takes about as long again.
-    ///
-    /// # Panics
-    /// If there are more.
-    pub fn reach_of<'r>(&mut self, batch: impl Into<Batch<'r>>) -> [f64; PACKET] {
-        let batch = batch.into();
-        self.counters.rays += batch.rays.len() as u64;
-        if self.trace_packet(batch, |_| f64::INFINITY, Ask::Nearest) {
-            return self.hits.t.0;
-        }
-        let mut reach = [f64::INFINITY; PACKET];
-        for (ray, reach) in batch.rays.iter().zip(&mut reach) {
-            self.trace_one(ray, f64::INFINITY, Ask::Nearest);
-            *reach = self.hits.t.0[0];
-        }
-        reach
-    }
-
-    /// The first hits of up to [`PACKET`] rays.
-    ///
-    /// # Panics
-    /// If there are more, or not as many places for hits.
-    pub fn nearest_of<'r>(&mut self, batch: impl Into<Batch<'r>>, found: &mut [Option<Hit>]) {
-        let batch = batch.into();
-        assert_eq!(batch.rays.len(), found.len(), "a place for each hit");
-        self.counters.rays += batch.rays.len() as u64;
-        if self.trace_packet(batch, |_| f64::INFINITY, Ask::Nearest) {
-            found.fill(None);
-            return self.hits_of(batch.rays, found);
-        }
-        for (ray, found) in batch.rays.iter().zip(found) {
-            *found = self.nearest_alone(ray);
-        }
-    }
-
-    /// Whether a ray meets the solid at 0 < t < `end`.
-    pub fn occluded(&mut self, ray: &Ray, end: f64) -> bool {
-        self.counters.shadow_rays += 1;
-        self.trace_one(ray, end, Ask::Any);
-        self.hits.found(0).is_some()
-    }
-
-    /// Which of up to [`PACKET`] rays meet the solid before their ends, as a set of bits.
-    ///
-    /// # Panics
-    /// If there are more, or not as many ends.
-    pub fn occluded_of(&mut self, rays: &[Ray], ends: &[f64]) -> u32 {
-        assert_eq!(rays.len(), ends.len(), "an end for each ray");
-        self.counters.shadow_rays += rays.len() as u64;
-        let is_together = self.trace_packet(rays.into(), |lane| ends[lane], Ask::Any);
-        let mut is_met = |lane: usize| {
-            if is_together {
-                return self.hits.found(lane).is_some();
-            }
-            self.trace_one(&rays[lane], ends[lane], Ask::Any);
-            self.hits.found(0).is_some()
-        };
-        (0..rays.len()).filter(|lane| is_met(*lane)).fold(0, |set, lane| set | 1 << lane)
-    }
-
-    /// Begins a question. What the last one has left may be of blocks that are let go of now.
-    fn begin(&mut self) {
-        if self.held.renew() {
-            self.entries.forget();
-        }
-        self.coat = None;
-    }
-
-    fn trace_one(&mut self, ray: &Ray, end: f64, ask: Ask) {
-        self.trace_from(ray, end, ask, None);
-    }
-
-    #[inline(always)]
-    fn trace_from(&mut self, ray: &Ray, end: f64, ask: Ask, child: Option<Child>) {
-        self.begin();
-        let Self { level, held, single, hits, solids, .. } = self;
-        hits.clear([end; PACKET]);
-        let has_detail = hits.detail.is_some();
-        let Some(start) = Single::start(held, ray, child) else { return };
-        let work = Work::default();
-        let mut inquiry = Inquiry { held, ask, hits, solids, work };
-        dispatch!(*level, simd => {
-            if has_detail {
-                single.trace::<_, true>(simd, &mut inquiry, 0, start);
-            } else {
-                single.trace::<_, false>(simd, &mut inquiry, 0, start);
-            }
-        });
-        let work = inquiry.work;
-        self.note(work);
-    }
-
-    /// Traces rays together. If they come to more than is held at one time, or their lengths are too different, each has to go
-    /// alone, and it says `false`.
-    fn trace_packet(&mut self, batch: Batch<'_>, end: impl Fn(usize) -> f64, ask: Ask) -> bool {
-        let Batch { rays, beam } = batch;
-        assert!(rays.len() <= PACKET, "a packet has {PACKET} rays");
-        if !batch.has_one_scale() {
-            return false;
-        }
-        self.begin();
-        let Self { level, held, packet, hits, solids, root, entries, .. } = self;
-        let Some(last) = rays.len().checked_sub(1) else {
-            hits.clear([f64::INFINITY; PACKET]);
-            return true;
-        };
-        let entries = match beam {
-            Some(beam) => {
-                entries.aim(held, hits, beam);
-                &*entries
-            }
-            None => &*root,
-        };
-        held.go_together();
-        hits.clear(std::array::from_fn(|lane| end(lane.min(last))));
-        hits.follow(&entries.trail);
-        for lane in 0..PACKET {
-            packet.rays().set(lane, &rays[lane.min(last)]);
-        }
-        let has_detail = hits.detail.is_some();
-        let lanes = u32::MAX >> (31 - last);
-        let work = Work::default();
-        let mut inquiry = Inquiry { held, ask, hits, solids, work };
-        dispatch!(*level, simd => {
-            if has_detail {
-                packet.trace::<_, true>(simd, &mut inquiry, lanes, entries);
-            } else {
-                packet.trace::<_, false>(simd, &mut inquiry, lanes, entries);
-            }
-        });
-        let work = inquiry.work;
-        let is_together = !held.is_too_much();
-        self.note(work);
-        is_together
-    }
-
-    fn note(&mut self, work: Work) {
-        let solids = std::mem::take(&mut self.solids.work);
-        self.counters.box_tests += work.boxes + solids.boxes;
-        self.counters.primitive_tests += work.primitives + solids.primitives;
-    }
-
-    /// The state of the last S-node on the way to what was hit last, by its place among all states.
-    pub(crate) fn last_symbol(&self) -> Option<u32> {
-        let place = self.last?;
-        let symbol = |(block, item)| *self.held.block(block).symbols.get(item as usize)?;
-        self.hits.upwards(place).find_map(symbol)
-    }
-
-    /// What was wrong with a state that a ray came to since this was asked last. Hits since then may be wrong. Where a graph
-    /// is not compiled on demand, nothing can be, unless a ray comes to too many parts that lie in each other.
-    pub fn take_fault(&mut self) -> Option<EvalError> {
-        self.held.take_fault()
-    }
-
-    /// What was counted since the tracer was made or its counters were taken.
-    pub fn counters(&self) -> &Counters {
-        &self.counters
-    }
-
-    /// The counters, which start again from zero.
-    pub fn take_counters(&mut self) -> Counters {
-        std::mem::take(&mut self.counters)
     }
 }

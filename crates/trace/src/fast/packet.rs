@@ -14,12 +14,12 @@ use csg_graph::Primitive;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, f64x8, mask32x16};
 use smallvec::SmallVec;
 
-use super::Inquiry;
 use super::compile::{Compiled, Content, Item, SuperNode};
 use super::cuts::{Cuts, Firsts};
 use super::entry::{Entries, Entry};
 use super::frame::NarrowRays;
 use super::hits::{Place, START};
+use super::inquiry::Inquiry;
 use super::lanes::{HALF, LANES, Lanes, Mask, Rays, bits, each, transform};
 use super::line::{Floats, Line, float_bits, load};
 use super::shapes;

@@ -4,11 +4,11 @@
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
-use super::Inquiry;
 use super::compile::{Compiled, Content};
 use super::frame::Narrow;
 use super::held::Held;
 use super::hits::{Place, ROOT, START};
+use super::inquiry::Inquiry;
 use super::lanes::transform;
 use super::line::Line;
 use super::tree::{Child, Node, Target, WIDTH};

@@ -6,6 +6,7 @@ use fearless_simd::Simd;
 use glam::DVec3;
 
 use super::*;
+use crate::{Hit, Ray};
 
 /// A tower of one primitive in every orientation.
 fn tower(kind: PrimitiveKind) -> Graph {

@@ -4,28 +4,31 @@
 //! So each thread keeps the blocks that its rays are in, and knows them by small numbers: looked up once, they stay while
 //! a question is asked. Where a thread holds too much, it lets go of all between two questions. Rays that would come to too
 //! many blocks together are told so, and go alone.
+//!
+//! [`limits`]: where rays have to give up; [`small`]: what is seen of parts that are too small to be looked into.
+
+mod limits;
+mod small;
 
 use std::cell::{Cell, RefCell};
 use std::fmt;
 use std::sync::Arc;
 
-use csg_graph::{EvalError, Fault, NodeId, State};
+use csg_graph::{EvalError, Fault, State};
 use elsa::FrozenVec;
-use glam::DVec3;
 use rustc_hash::FxHashMap;
 
+use self::limits::Faults;
 use super::blocks::{Blocks, HELD, OnDemand};
-use super::compile::{Compiled, Content, Gate, Item, SuperNode, index};
-use super::detail::{Footprint, Part};
-use super::frame::narrow;
-use super::hits::{Hits, Place, ROOT};
-use super::sample::{Dice, Sample};
-use super::survey::demand::measure;
-use super::survey::outline::flux;
-use super::tree::Child;
+use super::compile::{Compiled, Content, Item, SuperNode, index};
+use super::detail::Footprint;
+use super::hits::ROOT;
 
 /// About what it takes to know where a gate or a state leads, in bytes.
 const ENTRY: usize = 64;
+
+/// The bytes of blocks that are held where lines measure one.
+const ALONE: usize = 1 << 20;
 
 /// By how many bytes what a thread holds may differ from what others know of it.
 const STEP: usize = 1 << 18;
@@ -83,29 +86,7 @@ pub(super) struct Held<'a> {
     /// The bytes of all blocks that the rays of the question have come to, and the most that they may.
     come_to: Cell<usize>,
     most: usize,
-    /// What was wrong with a state that a ray came to.
-    fault: Cell<Option<Box<EvalError>>>,
-    /// How many questions below operators may wait for each other: none any more once they were too many.
-    deepest: Cell<usize>,
-}
-
-/// The bytes of blocks that are held where lines measure one.
-const ALONE: usize = 1 << 20;
-
-/// Inside of so many super-nodes, one in the other, a ray may go on, and rays together: that takes some twenty megabytes, and
-/// two.
-const LONGEST: u32 = 1 << 16;
-const DEEP: u32 = 1 << 10;
-
-/// The most bytes of what the rays of a packet remember of where they came to, with what they keep for later in operands.
-const KEPT: usize = 1 << 27;
-
-/// How many questions below operators may wait for each other at first: what is listed ends.
-fn deepest(source: &Blocks) -> usize {
-    match source {
-        Blocks::Whole { .. } => usize::MAX,
-        Blocks::OnDemand(_) => 1 << 13,
-    }
+    faults: Faults,
 }
 
 impl<'a> Held<'a> {
@@ -135,8 +116,7 @@ impl<'a> Held<'a> {
             question: 0,
             come_to: Cell::new(0),
             most: usize::MAX,
-            fault: Cell::new(None),
-            deepest: Cell::new(deepest(source)),
+            faults: Faults::default(),
         };
         held.hold(root);
         held
@@ -153,15 +133,15 @@ impl<'a> Held<'a> {
     /// Begins a question. Lets go of what is held if it is too much, and says so: numbers are void then.
     pub(super) fn renew(&mut self) -> bool {
         let Blocks::OnDemand(source) = self.source else {
-            self.deepest.set(usize::MAX);
+            self.faults.go_on();
             return false;
         };
         let limit = || source.memory / HELD / rayon::current_num_threads();
         let is_too_much = self.share.bytes.get() > self.limit.unwrap_or_else(limit);
         if is_too_much {
-            let (fault, deepest) = (Cell::new(self.fault.take()), self.deepest.clone());
+            let faults = std::mem::take(&mut self.faults);
             let root = Arc::clone(&self.visits.borrow()[ROOT as usize].0);
-            *self = Self { fault, deepest, ..Self::at(self.source, root, self.rounds, self.limit) };
+            *self = Self { faults, ..Self::at(self.source, root, self.rounds, self.limit) };
         }
         self.begin(source.granularity.alone);
         is_too_much
@@ -226,7 +206,7 @@ impl<'a> Held<'a> {
         if found.is_none() && self.source.on_demand().is_some_and(is_alone) {
             self.refuse_at(Fault::Crowded, self.block(block).gates[gate as usize].state.node());
         }
-        found?.map_err(|fault| self.fault.set(Some(fault))).ok()
+        found?.map_err(|fault| self.faults.note(fault)).ok()
     }
 
     /// The block behind a gate, or what is wrong with it; none if the rays have come to too much.
@@ -266,137 +246,6 @@ impl<'a> Held<'a> {
     /// The size of what is not looked into in any case.
     pub(super) fn finest(&self) -> Footprint {
         self.source.finest()
-    }
-
-    /// Whether rays go on one by one inside of so many super-nodes.
-    #[inline(always)]
-    pub(super) fn goes_alone(&self, inside: u32) -> bool {
-        inside >= DEEP && self.source.on_demand().is_some()
-    }
-
-    /// Whether a way that goes on inside of so many super-nodes is too long. Where nothing is listed, a recursion may shrink so
-    /// slowly that this is how it is found not to come to the size of a pixel.
-    #[inline(always)]
-    pub(super) fn is_too_long(&self, inside: u32, hits: &Hits, way: u32) -> bool {
-        if inside >= LONGEST && self.source.on_demand().is_some() {
-            self.refuse(Fault::Slow, hits, way);
-        }
-        self.is_crowded(0, hits, way)
-    }
-
-    /// Whether rays that are on a way have come to too many super-nodes, with what they keep for later in operands, in bytes.
-    /// Where parts lie in each other there may be more of them on one ray than anybody can wait for.
-    #[inline(always)]
-    pub(super) fn is_crowded(&self, kept: usize, hits: &Hits, way: u32) -> bool {
-        if hits.bytes() + kept >= KEPT {
-            self.refuse(Fault::Crowded, hits, way);
-        }
-        self.is_void()
-    }
-
-    /// Whether too many questions wait for each other below the operators on a way. Where recursion goes by chance, nobody has
-    /// shown that it shrinks, and this is how it is found not to. What is found from then on is void.
-    #[inline(always)]
-    pub(super) fn is_bottomless(&self, waiting: usize, hits: &Hits, way: u32) -> bool {
-        let is_bottomless = waiting > self.deepest.get();
-        if is_bottomless {
-            self.refuse(Fault::Bottomless, hits, way);
-        }
-        is_bottomless
-    }
-
-    /// Whether what is found is void.
-    pub(super) fn is_void(&self) -> bool {
-        self.deepest.get() == 0
-    }
-
-    #[cold]
-    fn refuse(&self, fault: Fault, hits: &Hits, way: u32) {
-        let (above, item) = hits.step(way);
-        self.refuse_at(fault, self.item(hits.block(above), item).node);
-    }
-
-    #[cold]
-    fn refuse_at(&self, fault: Fault, node: NodeId) {
-        if self.deepest.replace(0) > 0 {
-            let at = csg_graph::Place { node, expr: None, label: self.source.graph().node_name(node) };
-            let fault = EvalError { at, fault, values: Vec::new() };
-            self.fault.set(Some(Box::new(fault)));
-        }
-    }
-
-    /// What share of the rays in a direction a small child of a super-node stops, and how with others. If nobody can say, it
-    /// stops all.
-    #[inline(always)]
-    pub(super) fn cover(&self, number: u32, child: Child, direction: DVec3) -> Option<[f32; 2]> {
-        match self.block(number).cover(child) {
-            Some(cover) => Some([cover.along(direction), cover.apart]),
-            None => self.cover_on_demand(number, child, direction).map(|share| [share, 0.0]),
-        }
-    }
-
-    /// The share of what is measured when a ray comes to it.
-    fn cover_on_demand(&self, number: u32, child: Child, direction: DVec3) -> Option<f32> {
-        let source = self.source.on_demand().filter(|_| self.rounds > 0)?;
-        let block = self.block(number);
-        let place = block.place_of_cover(child) as usize;
-        if place < block.measured.len() {
-            let measure = || {
-                let block = Arc::clone(&self.visits.borrow()[number as usize].0);
-                measure(self.source, &block, self.rounds)
-            };
-            // They belong to the block, and all that look into it ask for as many.
-            debug_assert_eq!(self.rounds, self.source.rounds());
-            return Some(block.covers.get_or_init(measure)[place].along(direction));
-        }
-        let item = child.as_item()?;
-        let Content::Gate(gate) = block.items[item].content else { return None };
-        let Gate { state, class, .. } = &block.gates[gate as usize];
-        let known;
-        let class = if self.rounds == self.source.rounds() {
-            class.get_or_init(|| source.class(state, self.rounds))
-        } else {
-            known = source.class(state, self.rounds);
-            &known
-        };
-        let class = class.as_ref()?;
-        let inside = &block.items[item].item_from_super.matrix3;
-        let stopped = class.along(self.source, inside, direction)?;
-        let Part { bounds, outline, .. } = &block.parts[item];
-        let all = outline.as_ref().map_or_else(|| flux(bounds, direction), |outline| outline.flux(direction));
-        // What is as thin as nothing may be seen from its edge.
-        let share = stopped / all;
-        share.is_finite().then(|| narrow(share.clamp(0.0, 1.0)))
-    }
-
-    /// What is seen of a part that is too small to be looked into.
-    pub(super) fn sample(&self, block: u32, part: Place) -> Sample {
-        let (block, at) = (self.block(block), part.item as usize);
-        let (sample, gate) = if part.is_node {
-            Sample::of_node(block, at, &mut Dice::at(block.nodes[at].bounds(0).min))
-        } else {
-            Sample::of_item(block, at, &mut Dice::at(block.parts[at].bounds.min))
-        };
-        let (Some(gate), Blocks::OnDemand(source)) = (gate, self.source) else { return sample };
-        let inner = gate.sample.get_or_init(|| {
-            // Several items may lead here, and it must not matter which of them is seen first.
-            let mut dice = Dice::at(block.parts[gate.first as usize].bounds.min);
-            let drawn = Sample::of_state(&source.graph, &source.unions, &gate.state, &mut dice);
-            drawn.map(Box::new).map_err(Box::new)
-        });
-        match inner {
-            Ok(inner) => sample.then(inner),
-            Err(fault) => {
-                self.fault.set(Some(fault.clone()));
-                sample
-            }
-        }
-    }
-
-    /// What was wrong with a state that a ray came to since the last question, if anything was.
-    pub(super) fn take_fault(&self) -> Option<EvalError> {
-        self.deepest.set(deepest(self.source));
-        self.fault.take().map(|fault| *fault)
     }
 }
 
