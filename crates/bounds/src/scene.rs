@@ -4,6 +4,7 @@
 //! whose parameters say when it ends. A *state* is one node of it together with everything that decides what is below,
 //! so that two places with equal states are the same solid, each in its own frame.
 
+use std::fmt;
 use std::hash::Hash;
 
 use glam::{DAffine3, DVec3};
@@ -63,6 +64,24 @@ pub enum Step<S: Scene + ?Sized> {
     Intersection([S::State; 2]),
     /// What is in the first solid and not in the second.
     Difference([S::State; 2]),
+}
+
+impl<S: Scene + ?Sized> fmt::Debug for Step<S>
+where
+    S::State: fmt::Debug,
+    S::Map: fmt::Debug,
+    S::Shape: fmt::Debug,
+{
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Shape(shape) => f.debug_tuple("Shape").field(shape).finish(),
+            Self::Same(below) => f.debug_tuple("Same").field(below).finish(),
+            Self::Map(map, below) => f.debug_tuple("Map").field(map).field(below).finish(),
+            Self::Union(operands) => f.debug_tuple("Union").field(operands).finish(),
+            Self::Intersection(operands) => f.debug_tuple("Intersection").field(operands).finish(),
+            Self::Difference(operands) => f.debug_tuple("Difference").field(operands).finish(),
+        }
+    }
 }
 
 /// An affine transformation, as a function of points and as a matrix.

@@ -24,6 +24,7 @@
 //! basis adds some ulps of the coordinates here, to cells and to what they reach.
 
 use std::collections::BinaryHeap;
+use std::fmt;
 
 use glam::{DMat3, DVec3};
 
@@ -48,6 +49,17 @@ pub struct SolidSearch<'a, S: Scene> {
     counts: CellCounts,
     /// Points that are inside, one of each direction.
     points: Vec<DVec3>,
+}
+
+impl<S: Scene> fmt::Debug for SolidSearch<'_, S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { bounds, refinement, counts, .. } = self;
+        f.debug_struct("SolidSearch")
+            .field("bounds", bounds)
+            .field("refinement", refinement)
+            .field("counts", counts)
+            .finish_non_exhaustive()
+    }
 }
 
 /// A box about the solid below a state.

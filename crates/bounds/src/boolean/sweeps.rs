@@ -24,6 +24,8 @@
 //! them, in the state's frame, and sweeps go by the numbers of states instead of up and down a tree. Recursion that never
 //! ends has no such order; there, contexts stay the boxes of the states.
 
+use std::fmt;
+
 use super::enclosures::Enclosures;
 use super::inverse::Inverse;
 use crate::exact::Term;
@@ -41,6 +43,17 @@ pub struct SBounds<'a, S: Scene> {
     pub rounds: u32,
     exact: &'a ExactBoxes<S>,
     by_state: Vec<Aabb>,
+}
+
+impl<S: Scene> fmt::Debug for SBounds<'_, S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { root, contexts, rounds, .. } = self;
+        f.debug_struct("SBounds")
+            .field("root", root)
+            .field("contexts", contexts)
+            .field("rounds", rounds)
+            .finish_non_exhaustive()
+    }
 }
 
 impl<S: Scene> SBounds<'_, S> {

@@ -34,6 +34,7 @@ mod refine;
 mod straight;
 mod transform;
 
+use std::fmt;
 use std::sync::Arc;
 
 use csg_graph::{EvalError, Graph, Interval, State};
@@ -96,6 +97,12 @@ pub struct Envelopes {
     keys: Keys,
     /// By key.
     general: Vec<Known>,
+}
+
+impl fmt::Debug for Envelopes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Envelopes").field("keys", &self.key_count()).finish_non_exhaustive()
+    }
 }
 
 /// What is between 26 planes and within a ball, about the solid of a state.

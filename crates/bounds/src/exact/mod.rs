@@ -56,6 +56,8 @@ mod shrinks;
 mod solids;
 mod states;
 
+use std::fmt;
+
 use glam::DVec3;
 
 use crate::{Aabb, BoundsError, HyperBoxes, Limits, Scene};
@@ -190,6 +192,20 @@ pub struct ExactBoxes<S: Scene> {
     pub counts: Counts,
     limits: Limits,
     found: BottomUp<S>,
+}
+
+impl<S: Scene> fmt::Debug for ExactBoxes<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { root, nodes, gap, endless, counts, limits, found: _ } = self;
+        f.debug_struct("ExactBoxes")
+            .field("root", root)
+            .field("nodes", nodes)
+            .field("gap", gap)
+            .field("endless", endless)
+            .field("counts", counts)
+            .field("limits", limits)
+            .finish_non_exhaustive()
+    }
 }
 
 /// The box of one state.

@@ -9,6 +9,7 @@ use glam::{DAffine3, DVec3};
 use super::slabs::{DIAGONALS, Reach};
 
 /// What is known of the extent of all states.
+#[derive(Debug)]
 pub enum StateBounds {
     /// The exact boxes of states that are all listed.
     Exact(Box<ExactBoxes<Graph>>),
