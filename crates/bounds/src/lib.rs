@@ -218,6 +218,7 @@ mod csg_graph;
 mod envelope;
 mod exact;
 mod limits;
+mod narrow;
 mod point_set;
 mod rounding;
 mod scene;

@@ -99,6 +99,7 @@ mod grid;
 mod integrate;
 mod latent;
 mod light;
+mod narrow;
 mod noise;
 mod primary;
 mod ray;

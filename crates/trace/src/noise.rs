@@ -22,6 +22,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::latent::{LatentImage, SQUARE};
+use crate::narrow::narrow;
 use crate::srgb;
 use crate::tiles::Tile;
 use crate::view::Exposure;
@@ -113,9 +114,4 @@ impl Sight {
 /// Linear light in the steps of a screen.
 fn steps(linear: f64) -> f64 {
     255.0 * srgb::encode(linear)
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "an estimate needs no more digits")]
-fn narrow(value: f64) -> f32 {
-    value as f32
 }

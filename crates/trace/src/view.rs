@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use crate::narrow::narrow;
 use crate::srgb;
 use crate::tiles::Tiles;
 
@@ -249,10 +250,4 @@ fn heat(value: f64) -> DVec3 {
         segments.take_while(|(_, start)| *start <= position).last().unwrap_or((&HEAT[..2], 0.0));
     let [from, to] = [ends[0], ends[1]].map(|colour| DVec3::from(colour) / 255.0);
     from.lerp(to, position - start).map(srgb::decode)
-}
-
-/// Colours are kept as `f32`, far finer than eyes and bytes.
-#[expect(clippy::cast_possible_truncation, reason = "rounding is meant")]
-fn narrow(value: f64) -> f32 {
-    value as f32
 }

@@ -22,6 +22,7 @@ use super::cell::{Cell, Side};
 use super::enclosures::Enclosures;
 use super::inverse::Inverse;
 use crate::exact::Term;
+use crate::narrow::index;
 use crate::rounding::{EVALUATION, Rounding};
 use crate::{Aabb, ExactBoxes, Scene, Shape};
 
@@ -363,8 +364,4 @@ impl Instance {
 /// No point of a cell has a larger coordinate.
 fn largest(cell: &Cell) -> f64 {
     cell.bounds().magnitude()
-}
-
-fn index(index: usize) -> u32 {
-    u32::try_from(index).expect("2³² of anything outgrow the memory before")
 }

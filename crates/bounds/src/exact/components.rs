@@ -5,7 +5,7 @@
 //! is subtracted does not count: the box of a difference is that of its left operand, so that a solid may lose smaller
 //! copies of itself without being a part of itself.
 
-use super::index;
+use crate::narrow::index;
 
 /// The components, as lists of states.
 pub(crate) struct Components {

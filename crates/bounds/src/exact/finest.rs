@@ -4,9 +4,10 @@
 //! comes to such a branch with none of them right: it meets the boxes of both of its parts or neither, as rounding has it, and
 //! where it meets both, again and again, it is unfolding the tree. Who follows rays has to know that before.
 
+use super::ExactBoxes;
 use super::states::Term;
-use super::{ExactBoxes, index};
 use crate::Scene;
+use crate::narrow::index;
 
 impl<S: Scene> ExactBoxes<S> {
     /// How large the smallest part is that has parts in it, as a share of the whole: the diagonals of the boxes of unions,

@@ -312,8 +312,3 @@ impl<S: Scene> ExactBoxes<S> {
         HyperBoxes { root: self.root, nodes: self.nodes }
     }
 }
-
-/// An index in the size that it is kept in.
-fn index(index: usize) -> u32 {
-    u32::try_from(index).expect("2³² of anything outgrow the memory before")
-}

@@ -46,9 +46,9 @@ use std::num::NonZeroU32;
 
 use glam::DVec3;
 
-use super::index;
 use super::solids::{Kind, Part, Solid, Solids};
 use crate::best_first::best_first;
+use crate::narrow::index;
 use crate::{Limits, Shape};
 
 /// How many expanded solids are remembered that others may be dominated by. Ties come one after the other.

@@ -15,7 +15,7 @@ use std::ops::Range;
 
 use glam::{DAffine3, DVec3};
 
-use super::index;
+use crate::narrow::index;
 use crate::rounding::Rounding;
 use crate::{Aabb, Shape};
 

@@ -11,8 +11,8 @@ use std::ops::Range;
 use glam::DAffine3;
 use rustc_hash::FxHashMap;
 
-use super::index;
 use crate::limits::Round;
+use crate::narrow::index;
 use crate::{BoundsError, Limits, Map, Scene, Step};
 
 /// The states below a root, numbered so that each has a higher number than those below it, unless they lead back to it.

@@ -37,6 +37,7 @@ use super::survey::demand::Class;
 use super::survey::outline::Outline;
 use super::tree::{self, Child, Node};
 use super::unions::Unions;
+use crate::narrow::index;
 
 /// A graph compiled for tracing, or a block of it.
 #[derive(Debug, Default)]
@@ -342,8 +343,4 @@ fn shape(shapes: &mut Vec<Primitive>, shape: &Primitive) -> u32 {
         shapes.push(shape.clone());
         shapes.len() - 1
     }))
-}
-
-pub(super) fn index(index: usize) -> u32 {
-    u32::try_from(index).expect("2³² of anything outgrow memory")
 }

@@ -20,7 +20,6 @@ use glam::{DVec3, Mat3, Mat3A, Vec3, Vec3A};
 
 use super::compile::{Compiled, Content, Item, SuperNode};
 use super::cover::behind;
-use super::frame::narrow;
 use super::held::Held;
 use super::hits::Place;
 use super::lanes::LANES;
@@ -28,6 +27,7 @@ use super::sample::Dice;
 use super::survey::outline::{Outline, flux};
 use super::tree::{Child, Target};
 use crate::Ray;
+use crate::narrow::narrow;
 use crate::shapes::Extents;
 
 /// The size of a pixel along a ray: at t, `width + spread · t`, in units of the world.

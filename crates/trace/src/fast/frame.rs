@@ -10,14 +10,16 @@
 //! what the ray itself has lost on its way through the transformations, which is relative to where it comes from and
 //! is added to each box as [`DRIFT`] times that distance. Rays that miss the ball are turned away.
 
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, SimdNarrow, f32x16, f64x8, mask32x16};
+use glam::{DVec3, Vec3A, Vec4};
+
 use super::compile::SuperNode;
 use super::hits::{ROOT, START};
 use super::lanes::{HALF, LANES, Lanes, Mask, Rays, bits};
 use super::line::{Floats, LEAST, Line, Lines};
 use super::slabs::Diagonals;
 use crate::Ray;
-use fearless_simd::{Select, Simd, SimdBase, SimdMask, SimdNarrow, f32x16, f64x8, mask32x16};
-use glam::{DVec3, Vec3A, Vec4};
+use crate::narrow::narrow;
 
 /// How far off a ray may be, relative to the way it came: 64 transformations with an error of 2⁻⁵² each.
 pub(super) const DRIFT: f64 = 1.0 / (1_u64 << 46) as f64;
@@ -250,12 +252,6 @@ impl NarrowRays {
             way: self.way,
         }
     }
-}
-
-#[inline(always)]
-#[expect(clippy::cast_possible_truncation, reason = "rounding is meant; infinity stays what it is")]
-pub(super) fn narrow(value: f64) -> f32 {
-    value as f32
 }
 
 /// A line with slack for those of a set and their drift: wherever one of them meets a box in the ball, that line does.

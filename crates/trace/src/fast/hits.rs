@@ -7,11 +7,12 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use super::compile::{Compiled, index};
+use super::compile::Compiled;
 use super::detail::{Detail, Stretch};
 use super::lanes::{LANES, Lanes};
 use super::tree::{Child, Target};
 use crate::Ray;
+use crate::narrow::index;
 
 /// Where a way begins: at the root.
 pub(super) const START: u32 = 0;

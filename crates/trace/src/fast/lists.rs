@@ -14,8 +14,9 @@ use csg_graph::EvalError;
 use csg_graph_bounds::Aabb;
 use rustc_hash::{FxBuildHasher, FxHashMap};
 
-use super::compile::{Solid, index};
+use super::compile::Solid;
 use super::states::{Kind, Place, States};
+use crate::narrow::index;
 
 /// The least number of items that a list is opened to.
 pub(super) const SHORTEST: usize = 8;

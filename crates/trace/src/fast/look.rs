@@ -8,13 +8,13 @@ use csg_graph::{AttributeTerm, NodeId};
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
-use super::compile::{Compiled, Content, index};
+use super::compile::{Compiled, Content};
 use super::cover::{CELLS, Cover};
-use super::frame::narrow;
 use super::hits::Place;
 use super::sample::Dice;
 use super::survey::Surveyed;
 use super::tree::{Child, Target};
+use crate::narrow::{index, narrow};
 
 /// What is seen of all nodes and items.
 #[derive(Debug, Default)]

@@ -8,12 +8,13 @@ use fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
 use glam::DVec3;
 
 use super::compile::{Content, SuperNode};
-use super::frame::{DRIFT, narrow};
+use super::frame::DRIFT;
 use super::held::Held;
 use super::hits::{Hits, Place};
 use super::lanes::transform;
 use super::tree::{Child, Node, Target, WIDTH};
 use crate::Ray;
+use crate::narrow::narrow;
 
 /// The memory of points in super-nodes, one inside of the other.
 #[derive(Debug, Default)]

@@ -13,9 +13,9 @@ use csg_graph_bounds::{Aabb, Slabs as Hull};
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, f32x16, mask32x16};
 use glam::{DVec3, Vec3A, Vec4};
 
-use super::frame::narrow;
 use super::line::{LEAST, Lines};
 use super::tree::{Node, PADDING, Target, WIDTH};
+use crate::narrow::narrow;
 
 /// The diagonals of the cube. They are √3 long, and so are coordinates along them.
 pub(super) const DIAGONALS: [DVec3; 4] = {

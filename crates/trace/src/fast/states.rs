@@ -19,6 +19,7 @@ use smallvec::SmallVec;
 use super::bounds::{Bounds, Extent};
 use super::slabs::Reach;
 use super::unions::Unions;
+use crate::narrow::index;
 
 /// The most S-nodes that may follow each other without an operator. Where all states are listed there are never as many.
 const LONGEST: u32 = 5_000_000;
@@ -368,10 +369,6 @@ pub(super) fn inverse(parent_from_child: &Transform) -> DAffine3 {
     let [x, y, z] = DVec3::AXES.map(|axis| parent_from_child.inverse_vector(axis));
     let translation = parent_from_child.inverse_point(DVec3::ZERO);
     DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation }
-}
-
-fn index(index: usize) -> u32 {
-    u32::try_from(index).expect("2³² states outgrow memory")
 }
 
 #[cfg(test)]

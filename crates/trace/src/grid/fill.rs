@@ -18,6 +18,7 @@ use crate::Surface;
 use crate::fast::Bounds;
 use crate::fast::states::{Kind, Place, Resolved, States};
 use crate::fast::unions::Unions;
+use crate::narrow::index;
 
 /// A place where rays enter the graph.
 #[derive(Clone, Debug)]
@@ -244,8 +245,4 @@ fn touches(bounds: &Aabb, state_from_world: &DAffine3, voxel: &Aabb) -> bool {
 /// The box of a state.
 fn aabb(states: &States<'_>, state: u32) -> Aabb {
     states.aabb(state).expect("boxes that are at hand")
-}
-
-fn index(index: usize) -> u32 {
-    u32::try_from(index).expect("2³² of anything outgrow memory")
 }

@@ -24,6 +24,7 @@ use super::control::Control;
 use super::primitive;
 use super::transform::MapRange;
 use crate::Scene;
+use crate::narrow::index;
 pub(super) use look::Look;
 use look::rules;
 use numbers::Numbers;
@@ -393,8 +394,4 @@ impl KeyNode {
     fn opened(&self) -> bool {
         self.below.start <= self.below.end
     }
-}
-
-fn index(index: usize) -> u32 {
-    u32::try_from(index).expect("2³² keys outgrow the memory before")
 }

@@ -13,6 +13,7 @@ use csg_graph::{Interval, PrimitiveKind};
 
 use crate::envelope::keys::{Keys, Look};
 use crate::envelope::transform::{Chain, MapRange};
+use crate::narrow::index;
 
 /// The most keys that a question visits, some ten nanoseconds each.
 pub(super) const KEYS: usize = 4096;
@@ -361,8 +362,4 @@ impl Round {
             self.highest = self.highest.checked_sub(1)?;
         }
     }
-}
-
-fn index(index: usize) -> u32 {
-    u32::try_from(index).expect("the visits of a question are limited")
 }

@@ -20,9 +20,10 @@ use rustc_hash::FxHashMap;
 
 use self::limits::Faults;
 use super::blocks::{Blocks, HELD, OnDemand};
-use super::compile::{Compiled, Content, Item, SuperNode, index};
+use super::compile::{Compiled, Content, Item, SuperNode};
 use super::detail::Footprint;
 use super::hits::ROOT;
+use crate::narrow::index;
 
 /// About what it takes to know where a gate or a state leads, in bytes.
 const ENTRY: usize = 64;

@@ -11,12 +11,12 @@ use super::Held;
 use crate::fast::blocks::Blocks;
 use crate::fast::compile::{Content, Gate};
 use crate::fast::detail::Part;
-use crate::fast::frame::narrow;
 use crate::fast::hits::Place;
 use crate::fast::sample::{Dice, Sample};
 use crate::fast::survey::demand::measure;
 use crate::fast::survey::outline::flux;
 use crate::fast::tree::Child;
+use crate::narrow::narrow;
 
 impl Held<'_> {
     /// What share of the rays in a direction a small child of a super-node stops, and how with others. If nobody can say, it

@@ -6,8 +6,8 @@ use super::lines::Throws;
 use super::{FEW_LINES, Meeting, STRIDE};
 use crate::Ray;
 use crate::fast::cover::{CELLS, behind};
-use crate::fast::frame::narrow;
 use crate::fast::sample::Dice;
+use crate::narrow::narrow;
 
 /// What lines in one direction have met, by what they count.
 #[derive(Clone, Copy, Debug, Default)]

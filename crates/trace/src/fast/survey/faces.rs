@@ -5,14 +5,15 @@ use fearless_simd::dispatch;
 
 use super::lines::on_sphere;
 use super::{Meeting, Survey};
-use crate::fast::compile::{Content, SuperNode, index};
+use crate::fast::compile::{Content, SuperNode};
 use crate::fast::cover::behind;
-use crate::fast::frame::{Narrow, narrow};
+use crate::fast::frame::Narrow;
 use crate::fast::hits::{ROOT, START};
 use crate::fast::lanes::transform;
 use crate::fast::look::Seen;
 use crate::fast::sample::{Dice, Sample};
 use crate::fast::tree::Target;
+use crate::narrow::{index, narrow};
 use crate::{Ray, shapes};
 
 impl Survey<'_> {

@@ -30,13 +30,14 @@ use self::solids::Tracing;
 use super::blocks::Blocks;
 use super::compile::{Compiled, Content, Item};
 use super::cover::{self, CELLS, Cover, behind};
-use super::frame::{Narrow, narrow};
+use super::frame::Narrow;
 use super::hits::{ROOT, START};
 use super::lanes::transform;
 use super::look::Look;
 use super::sample::Dice;
 use super::single;
 use super::tree::{Child, Target, WIDTH};
+use crate::narrow::narrow;
 use crate::{Ray, shapes};
 
 /// Lines through the box of a super-node in each direction, unless there are too many boxes. What is above goes by what they

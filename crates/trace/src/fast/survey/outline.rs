@@ -8,8 +8,8 @@ use glam::DVec3;
 
 use crate::fast::compile::Compiled;
 use crate::fast::cover::{self, Cover};
-use crate::fast::frame::narrow;
 use crate::fast::tree::Child;
+use crate::narrow::narrow;
 
 /// How many of evenly spread lines in a direction go through a box, for its length.
 pub(in crate::fast) fn flux(bounds: &Aabb, direction: DVec3) -> f64 {
