@@ -300,7 +300,7 @@ impl Compiled {
     pub(super) fn with_parts(mut self) -> Self {
         self.parts = self.items.iter().map(Part::new).collect();
         for ball in &self.supers {
-            let mut open: Vec<usize> = ball.root.and_then(|root| root.as_node()).into_iter().collect();
+            let mut open: Vec<usize> = ball.root.and_then(Child::as_node).into_iter().collect();
             while let Some(at) = open.pop() {
                 let node = &self.nodes[at];
                 for slot in node.slots() {

@@ -184,17 +184,16 @@ impl Compiled {
         let mut nodes: Vec<usize> = self.root_node(number).into_iter().collect();
         let mut next = 0;
         while let Some(at) = nodes.get(next) {
-            nodes.extend(self.children(*at).filter_map(|child| child.as_node()));
+            nodes.extend(self.children(*at).filter_map(Child::as_node));
             next += 1;
         }
         nodes
     }
 
     pub(super) fn items_of(&self, number: u32) -> impl Iterator<Item = usize> {
-        let alone = self.supers[number as usize].root.and_then(|root| root.as_item());
+        let alone = self.supers[number as usize].root.and_then(Child::as_item);
         let nodes = self.nodes_of(number);
-        let below =
-            nodes.into_iter().flat_map(|node| self.children(node).filter_map(|child| child.as_item()));
+        let below = nodes.into_iter().flat_map(|node| self.children(node).filter_map(Child::as_item));
         alone.into_iter().chain(below)
     }
 

@@ -25,7 +25,7 @@ const BINS: usize = 16;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Child(u32);
 
-/// Where a tree goes on, by the index of it.
+/// Where a tree goes on: the index of a node or of an item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Target {
     Node(usize),

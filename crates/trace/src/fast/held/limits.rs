@@ -1,8 +1,8 @@
 //! Where rays have to give up.
 //!
-//! Where parts lie in each other, there may be more of them on one ray than anybody can wait for. Where recursion goes by chance,
-//! nobody has shown that it shrinks, nor how fast. So what rays come to is counted, and what is too much is an error at the
-//! node where it became too much. From then on what is found is void, so that the question ends soon.
+//! Where parts lie in each other, there may be more of them on one ray than anybody can wait for. Where recursion goes by
+//! chance, nobody has shown that it shrinks, nor how fast. So what rays come to is counted, and too much of it is an error at
+//! the node where it became too much. From then on what is found is void, so that the question ends soon.
 
 use std::cell::Cell;
 
@@ -30,7 +30,7 @@ pub(super) struct Faults {
 }
 
 impl Faults {
-    /// A state has no value: rays find nothing there.
+    /// Something is wrong. It is told in place of what was wrong before.
     pub(super) fn note(&self, fault: Box<EvalError>) {
         self.found.set(Some(fault));
     }

@@ -134,6 +134,7 @@ impl<'a> Held<'a> {
     /// Begins a question. Lets go of what is held if it is too much, and says so: numbers are void then.
     pub(super) fn renew(&mut self) -> bool {
         let Blocks::OnDemand(source) = self.source else {
+            // What is listed ends, so that each question is worth asking.
             self.faults.go_on();
             return false;
         };

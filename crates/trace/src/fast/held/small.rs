@@ -1,7 +1,7 @@
 //! What is seen of parts that are too small to be looked into: how many rays they stop, and what of them a ray meets.
 //!
-//! What is compiled at once has been measured before the first ray, and [`Compiled`] knows. On demand it is measured when a ray first
-//! comes to such a part, which stays with the block that it is in, so that every thread finds the same.
+//! Where all is compiled at once, it has been measured before the first ray. On demand a part is measured when a ray first comes
+//! to it, and what was found stays with the block that the part is in: it is the same for every thread.
 
 use std::sync::Arc;
 
