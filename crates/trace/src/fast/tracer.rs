@@ -138,7 +138,7 @@ impl Tracer<'_> {
     pub fn reach_of<'r>(&mut self, batch: impl Into<Batch<'r>>) -> [f64; PACKET] {
         let batch = batch.into();
         self.counters.rays += batch.rays.len() as u64;
-        if self.trace_packet(batch, |_| f64::INFINITY, Ask::Nearest) {
+        if self.trace_packet(batch, [f64::INFINITY; PACKET], Ask::Nearest) {
             return self.hits.t.0;
         }
         let mut reach = [f64::INFINITY; PACKET];
@@ -157,7 +157,7 @@ impl Tracer<'_> {
         let batch = batch.into();
         assert_eq!(batch.rays.len(), found.len(), "a place for each hit");
         self.counters.rays += batch.rays.len() as u64;
-        if self.trace_packet(batch, |_| f64::INFINITY, Ask::Nearest) {
+        if self.trace_packet(batch, [f64::INFINITY; PACKET], Ask::Nearest) {
             found.fill(None);
             return self.hits_of(batch.rays, found);
         }
@@ -180,7 +180,9 @@ impl Tracer<'_> {
     pub fn occluded_of(&mut self, rays: &[Ray], ends: &[f64]) -> u32 {
         assert_eq!(rays.len(), ends.len(), "an end for each ray");
         self.counters.shadow_rays += rays.len() as u64;
-        let is_together = self.trace_packet(rays.into(), |lane| ends[lane], Ask::Any);
+        // Lanes without a ray repeat the last one.
+        let end = |lane: usize| ends.get(lane).or(ends.last()).copied().unwrap_or(f64::INFINITY);
+        let is_together = self.trace_packet(rays.into(), std::array::from_fn(end), Ask::Any);
         let mut is_met = |lane: usize| {
             if is_together {
                 return self.hits.found(lane).is_some();
@@ -225,7 +227,8 @@ impl Tracer<'_> {
 
     /// Traces rays together. If they come to more than is held at one time, or their lengths are too different, each has to go
     /// alone, and it says `false`.
-    fn trace_packet(&mut self, batch: Batch<'_>, end: impl Fn(usize) -> f64, ask: Ask) -> bool {
+    #[inline(never)]
+    fn trace_packet(&mut self, batch: Batch<'_>, ends: [f64; PACKET], ask: Ask) -> bool {
         let Batch { rays, beam } = batch;
         assert!(rays.len() <= PACKET, "a packet has {PACKET} rays");
         if !batch.has_one_scale() {
@@ -245,7 +248,7 @@ impl Tracer<'_> {
             None => &*root,
         };
         held.go_together();
-        hits.clear(std::array::from_fn(|lane| end(lane.min(last))));
+        hits.clear(ends);
         hits.follow(&entries.trail);
         for lane in 0..PACKET {
             packet.rays().set(lane, &rays[lane.min(last)]);
