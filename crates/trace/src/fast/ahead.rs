@@ -12,14 +12,15 @@ use csg_graph::{EvalError, Node, Operator, State, Step};
 use csg_graph_bounds::Aabb;
 use glam::DAffine3;
 
+use super::instance::Instance;
 use super::lists::Largest;
-use super::states::{Place, States};
+use super::states::States;
 
 /// The most nodes from one part to the next. One that is farther is not looked for.
 const FARTHEST: usize = 1 << 10;
 
 /// An instance of a state behind a gate, seen from above the gate.
-struct Instance {
+struct Behind {
     state: State,
     above_from_state: DAffine3,
     bounds: Aabb,
@@ -28,26 +29,26 @@ struct Instance {
 /// The instances that are known, and those that can be opened.
 struct Ahead<'a> {
     states: &'a States<'a>,
-    instances: Vec<Instance>,
+    instances: Vec<Behind>,
     open: BinaryHeap<Largest>,
     /// About all that cannot be opened.
     closed: Aabb,
 }
 
 impl States<'_> {
-    /// A box of a union in the frame above its place, that of what it is when it is opened to `length` parts: all of space if
+    /// A box of a union in the frame above, that of what it is when it is opened to `length` parts: all of space if
     /// it has more, and none if something is wrong with it, which is said when a ray comes to it.
-    pub(super) fn box_ahead(&self, place: &Place, length: usize) -> Option<Aabb> {
-        let root = Instance {
-            state: self.get(place).state.clone(),
-            above_from_state: place.above_from_target,
+    pub(super) fn box_ahead(&self, instance: &Instance, length: usize) -> Option<Aabb> {
+        let root = Behind {
+            state: self.get(instance).state.clone(),
+            above_from_state: instance.above_from_target,
             bounds: Aabb::ALL,
         };
         let mut ahead =
             Ahead { states: self, instances: Vec::new(), open: BinaryHeap::new(), closed: Aabb::EMPTY };
         ahead.add(root);
         let (mut all, mut count) = (Aabb::EMPTY, 1);
-        while let Some(Largest { place: at, .. }) = ahead.open.pop() {
+        while let Some(Largest { at, .. }) = ahead.open.pop() {
             let more = self.unions.parts(ahead.instances[at].state.node()) - 1;
             if count + more > length {
                 all = all.join(ahead.instances[at].bounds);
@@ -61,9 +62,9 @@ impl States<'_> {
 }
 
 impl Ahead<'_> {
-    fn add(&mut self, instance: Instance) {
+    fn add(&mut self, instance: Behind) {
         if self.states.is_operator_at(&instance.state, Operator::Union) {
-            self.open.push(Largest { area: instance.bounds.surface_area(), place: self.instances.len() });
+            self.open.push(Largest { area: instance.bounds.surface_area(), at: self.instances.len() });
             self.instances.push(instance);
         } else {
             self.closed = self.closed.join(instance.bounds);
@@ -73,7 +74,7 @@ impl Ahead<'_> {
     /// Adds the parts of a union, those of unions in the same rule among them, unless one is too far.
     fn take_apart(&mut self, at: usize) -> Result<Option<()>, EvalError> {
         let States { graph, unions, bounds, .. } = self.states;
-        let Instance { state, above_from_state, .. } = &self.instances[at];
+        let Behind { state, above_from_state, .. } = &self.instances[at];
         let mut below = vec![(*above_from_state, state.clone(), false)];
         let mut is_first = true;
         while let Some((mut above_from_state, mut state, mut is_in_other_rule)) = below.pop() {
@@ -86,7 +87,7 @@ impl Ahead<'_> {
                 {
                     let extent = bounds.of(&state)?;
                     let bounds = bounds.image(&state, &extent, None, &above_from_state);
-                    self.add(Instance { state, above_from_state, bounds });
+                    self.add(Behind { state, above_from_state, bounds });
                     break;
                 }
                 state = match graph.step(&state)? {
@@ -149,7 +150,7 @@ mod tests {
             let size = least.min.abs().max(least.max.abs()).max_element();
             let envelopes = Envelopes::new(graph.clone(), &limits);
             let mut states = States::new(&graph, &unions, Bounds::Envelopes(&envelopes), 0);
-            let root = states.place(graph.root_state()).expect("a root");
+            let root = states.instance(graph.root_state()).expect("a root");
             let outer = states.exact_box(&root).expect("a box");
             for length in [2, 16, 10_000] {
                 let found = states.box_ahead(&root, length).expect("parts");
@@ -180,7 +181,7 @@ mod tests {
         let (unions, limits) = (Unions::new(&graph), Limits::default());
         let envelopes = Envelopes::new(graph.clone(), &limits);
         let mut states = States::new(&graph, &unions, Bounds::Envelopes(&envelopes), 0);
-        let root = states.place(graph.root_state()).expect("a root");
+        let root = states.instance(graph.root_state()).expect("a root");
         assert!(states.box_ahead(&root, 2).is_some());
         assert!(states.box_ahead(&root, 100).is_none());
     }

@@ -22,7 +22,7 @@ use rustc_hash::FxHashMap;
 
 use super::Accelerated;
 use super::bounds::StateBounds;
-use super::compile::{BYTES, Compiled};
+use super::compiled::{BYTES, Compiled};
 use super::detail::Footprint;
 use super::survey::demand::Class;
 use super::unions::Unions;

@@ -18,7 +18,7 @@
 use csg_graph_bounds::Aabb;
 use glam::{DVec3, Mat3, Mat3A, Vec3, Vec3A};
 
-use super::compile::{Compiled, Content, Item, SuperNode};
+use super::compiled::{Compiled, Content, Item, SuperNode};
 use super::cover::behind;
 use super::held::Held;
 use super::hits::Place;

@@ -13,7 +13,7 @@
 use csg_graph_bounds::Aabb;
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3Swizzles};
 
-use super::compile::Content;
+use super::compiled::Content;
 use super::detail::{Detail, Footprint};
 use super::frame::DRIFT;
 use super::held::Held;

@@ -10,7 +10,7 @@
 use csg_graph::Operator;
 use fearless_simd::Simd;
 
-use super::compile::{Content, Solid};
+use super::compiled::{Content, Solid};
 use super::held::Held;
 use super::hits::{Hits, Place};
 use super::lanes::transform;

@@ -13,7 +13,7 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, SimdNarrow, f32x16, f64x8, mask32x16};
 use glam::{DVec3, Vec3A, Vec4};
 
-use super::compile::SuperNode;
+use super::compiled::SuperNode;
 use super::hits::{ROOT, START};
 use super::lanes::{HALF, LANES, Lanes, Mask, Rays, bits};
 use super::line::{Floats, LEAST, Line, Lines};

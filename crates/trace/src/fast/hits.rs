@@ -7,7 +7,7 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use super::compile::Compiled;
+use super::compiled::Compiled;
 use super::detail::{Detail, Stretch};
 use super::lanes::{LANES, Lanes};
 use super::tree::{Child, Target};

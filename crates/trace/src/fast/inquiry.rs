@@ -2,7 +2,7 @@
 
 use fearless_simd::Simd;
 
-use super::compile::Compiled;
+use super::compiled::Compiled;
 use super::held::Held;
 use super::hits::{Hits, Place};
 use super::lanes::transform;

@@ -8,7 +8,7 @@ use csg_graph::{AttributeTerm, NodeId};
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
-use super::compile::{Compiled, Content};
+use super::compiled::{Compiled, Content};
 use super::cover::{CELLS, Cover};
 use super::hits::Place;
 use super::sample::Dice;

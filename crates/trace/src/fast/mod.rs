@@ -1,10 +1,11 @@
-//! The fast engine: the graph compiled into [super-nodes](compile), traced in [packets](packet).
+//! The fast engine: the graph compiled into [super-nodes](compiled), traced in [packets](packet).
 //!
 //! It finds the hits of the [reference walk](crate::Walk): t and normal differ only by how the products of transformations
 //! are rounded. Where the walk asks one node after the other, evaluating its expressions each time, this one has
 //! evaluated each state once, and goes down a few wide trees. It is in these parts:
 //!
-//! - [`states`], [`unions`], [`lists`], [`compile`]: states to super-nodes and solids, with the boxes of [`bounds`];
+//! - [`states`], [`instance`], [`unions`], [`lists`], [`compile`]: states to super-nodes and solids, which are [`compiled`],
+//!   with the boxes of [`bounds`];
 //! - [`blocks`]: all of the graph at once, or what rays come to; [`held`]: what of it a thread holds;
 //!   [`ahead`]: closer boxes of what rays may come to;
 //! - [`tree`], [`slabs`]: their boxes in single precision, without corners where that is worth it; [`frame`], [`line`],
@@ -22,6 +23,7 @@ mod batch;
 mod blocks;
 mod bounds;
 mod compile;
+mod compiled;
 mod cover;
 mod cuts;
 mod detail;
@@ -31,6 +33,7 @@ mod frame;
 mod held;
 mod hits;
 mod inquiry;
+pub(crate) mod instance;
 pub(crate) mod lanes;
 mod line;
 mod lists;
@@ -62,7 +65,7 @@ pub use self::batch::Batch;
 use self::blocks::{Blocks, OnDemand};
 pub(crate) use self::bounds::Bounds;
 pub use self::bounds::StateBounds;
-use self::compile::Compiled;
+use self::compiled::Compiled;
 pub use self::detail::Footprint;
 pub use self::entry::Beam;
 use self::held::Held;

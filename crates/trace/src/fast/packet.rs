@@ -14,7 +14,7 @@ use csg_graph::Primitive;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, f64x8, mask32x16};
 use smallvec::SmallVec;
 
-use super::compile::{Compiled, Content, Item, SuperNode};
+use super::compiled::{Compiled, Content, Item, SuperNode};
 use super::cuts::{Cuts, Firsts};
 use super::entry::{Entries, Entry};
 use super::frame::NarrowRays;
@@ -175,56 +175,62 @@ impl Packet {
                 }
                 continue;
             }
-            let at = match open.child.target() {
+            match open.child.target() {
                 Target::Node(node) => {
                     let node = &block.nodes[node];
                     inquiry.work.boxes += u64::from(node.count * lanes.count_ones());
                     push(simd, &mut self.stack, block, node, rays, &open, ALL_SLOTS);
-                    continue;
                 }
-                Target::Item(at) => at,
-            };
-            let item = &block.items[at];
-            let place = Place::new(rays.way, at);
-            match item.content {
-                Content::Super(_) | Content::Gate(_) => {
-                    if inquiry.held.is_crowded(0, inquiry.hits, rays.way) {
-                        continue;
-                    }
-                    let Some((number, below)) = inquiry.held.inside(rays.block, item.content) else {
-                        continue;
-                    };
-                    let Some(child) = below.root else { continue };
+                Target::Item(item) => self.ask(simd, inquiry, (block, item), level, lanes),
+            }
+        }
+    }
+
+    /// Asks an item of a block about rays of a level. What is below a super-node is to be looked at next.
+    #[inline(always)]
+    fn ask<S: Simd>(
+        &mut self,
+        simd: S,
+        inquiry: &mut Inquiry<'_>,
+        (block, at): (&Compiled, usize),
+        level: u32,
+        mut lanes: Mask,
+    ) {
+        let rays = &self.levels[level as usize];
+        let item = &block.items[at];
+        let place = Place::new(rays.way, at);
+        match item.content {
+            Content::Super(_) | Content::Gate(_) => {
+                if !inquiry.held.is_crowded(0, inquiry.hits, rays.way)
+                    && let Some((number, below)) = inquiry.held.inside(rays.block, item.content)
+                    && let Some(child) = below.root
+                {
                     let way = inquiry.hits.enter(place, block, number);
                     self.descend(simd, item, level as usize, number, way);
                     self.enter(simd, inquiry, (below, child), level + 1, lanes);
                 }
-                Content::Solid(solid) => {
-                    let Inquiry { held, ask, hits, solids, .. } = inquiry;
-                    let at = (solid, place);
-                    let ways = hits.way_count();
-                    let firsts = self.cuts.first(simd, held, hits, solids, *ask, at, &rays.rays, lanes);
-                    if firsts.as_ref().is_none_or(|firsts| firsts.met == 0) {
-                        hits.forget(ways, None);
-                    }
-                    if let Some(Firsts { t, faces, way, met, alone }) = &firsts {
-                        each(*met, |lane| {
-                            inquiry.answer(lane, t.0[lane], faces[lane], || (*way, self.cuts.ray(lane)));
-                        });
-                        lanes = *alone;
-                    }
-                    each(lanes, |lane| {
-                        inquiry.ask_solid(simd, lane, &rays.rays.get(lane), solid, place);
-                    });
+            }
+            Content::Solid(solid) => {
+                let Inquiry { held, ask, hits, solids, .. } = inquiry;
+                let at = (solid, place);
+                let ways = hits.way_count();
+                let firsts = self.cuts.first(simd, held, hits, solids, *ask, at, &rays.rays, lanes);
+                if firsts.as_ref().is_none_or(|firsts| firsts.met == 0) {
+                    hits.forget(ways, None);
                 }
-                Content::Shape(shape) => {
-                    inquiry.work.primitives += u64::from(lanes.count_ones());
-                    let at = (item, &block.shapes[shape as usize]);
-                    let (t, met) = first_of_shape(simd, &rays.rays, at, &inquiry.hits.t, lanes);
-                    each(met, |lane| {
-                        inquiry.answer(lane, t.0[lane], place, || (rays.way, rays.rays.get(lane)))
+                if let Some(Firsts { t, faces, way, met, alone }) = &firsts {
+                    each(*met, |lane| {
+                        inquiry.answer(lane, t.0[lane], faces[lane], || (*way, self.cuts.ray(lane)));
                     });
+                    lanes = *alone;
                 }
+                each(lanes, |lane| inquiry.ask_solid(simd, lane, &rays.rays.get(lane), solid, place));
+            }
+            Content::Shape(shape) => {
+                inquiry.work.primitives += u64::from(lanes.count_ones());
+                let at = (item, &block.shapes[shape as usize]);
+                let (t, met) = first_of_shape(simd, &rays.rays, at, &inquiry.hits.t, lanes);
+                each(met, |lane| inquiry.answer(lane, t.0[lane], place, || (rays.way, rays.rays.get(lane))));
             }
         }
     }

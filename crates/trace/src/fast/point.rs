@@ -7,7 +7,7 @@
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
 use glam::DVec3;
 
-use super::compile::{Content, SuperNode};
+use super::compiled::{Content, SuperNode};
 use super::frame::DRIFT;
 use super::held::Held;
 use super::hits::{Hits, Place};

@@ -4,7 +4,7 @@ use fearless_simd::dispatch;
 use glam::DVec3;
 
 use super::Tracer;
-use super::compile::Content;
+use super::compiled::Content;
 use super::hits::Place;
 use super::lanes::transform;
 use super::sample::Dice;

@@ -9,8 +9,8 @@ use csg_graph::{EvalError, Graph, NodeId, Operator, Primitive, State, Step};
 use csg_graph_bounds::Shape;
 use glam::{DAffine3, DVec3};
 
-use super::compile::{Compiled, Content, Gate};
-use super::states::{Paint, inverse, paint_over};
+use super::compiled::{Compiled, Content, Gate};
+use super::instance::{Paint, inverse, paint_over};
 use super::tree::{self, Child, Target, WIDTH};
 use super::unions::Unions;
 use crate::{Ray, shapes};

@@ -4,7 +4,7 @@
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
-use super::compile::{Compiled, Content};
+use super::compiled::{Compiled, Content};
 use super::frame::Narrow;
 use super::held::Held;
 use super::hits::{Place, ROOT, START};

@@ -217,7 +217,7 @@ mod tests {
 
     use super::*;
     use crate::Ray;
-    use crate::fast::compile::SuperNode;
+    use crate::fast::compiled::SuperNode;
     use crate::fast::frame::{Narrow, NarrowRays};
     use crate::fast::lanes::LANES;
     use crate::fast::sample::Dice;

@@ -6,7 +6,7 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f64x8};
 use glam::DVec3;
 
-use super::compile::Content;
+use super::compiled::Content;
 use super::hits::Place;
 use super::lanes::{HALF, LANES, Lanes, Mask, Rays, Vectors, bits, each};
 use super::resolve::Coat;

@@ -8,7 +8,7 @@ use fearless_simd::{Level, dispatch};
 use super::PACKET;
 use super::batch::Batch;
 use super::blocks::Blocks;
-use super::compile::Compiled;
+use super::compiled::Compiled;
 use super::detail::{Detail, Footprint};
 use super::entry::Entries;
 use super::face::Faces;

@@ -16,7 +16,8 @@ use glam::DAffine3;
 use super::lattice::Lattice;
 use crate::Surface;
 use crate::fast::Bounds;
-use crate::fast::states::{Kind, Place, Resolved, States};
+use crate::fast::instance::Instance;
+use crate::fast::states::{Kind, Resolved, States};
 use crate::fast::unions::Unions;
 use crate::narrow::index;
 
@@ -116,7 +117,7 @@ impl Voxels {
 }
 
 /// A voxel for each primitive of the unfolded tree. More take more time to go through than they save below.
-fn usual_voxels(states: &States<'_>, root: &Place) -> usize {
+fn usual_voxels(states: &States<'_>, root: &Instance) -> usize {
     let mut primitives = vec![0_usize; states.states.len()];
     for number in &states.order {
         primitives[*number as usize] = match &states.states[*number as usize].kind {
@@ -202,7 +203,7 @@ impl Filling {
 }
 
 impl Arrival {
-    fn of_root(root: &Place, boxes: &ExactBoxes<Graph>) -> Self {
+    fn of_root(root: &Instance, boxes: &ExactBoxes<Graph>) -> Self {
         let mut surface = Surface::default();
         root.paint.iter().for_each(|(term, value)| surface.set(*term, *value));
         Self {
@@ -217,7 +218,7 @@ impl Arrival {
     }
 
     /// A part of the state.
-    fn then(&self, part: &Place, states: &States<'_>) -> Self {
+    fn then(&self, part: &Instance, states: &States<'_>) -> Self {
         let world_from_state = self.world_from_state * part.above_from_target;
         let mut surface = self.surface;
         part.paint.iter().for_each(|(term, value)| surface.set(*term, *value));

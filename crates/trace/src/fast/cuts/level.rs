@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::Open;
 use super::front::Front;
-use crate::fast::compile::{Item, SuperNode};
+use crate::fast::compiled::{Item, SuperNode};
 use crate::fast::frame::DRIFT;
 use crate::fast::hits::{ROOT, START};
 use crate::fast::lanes::{HALF, Mask, Rays, Vec3x8};

@@ -24,7 +24,7 @@ use fearless_simd::{Select, Simd, SimdBase, f64x8};
 
 use self::front::Front;
 use self::level::{Level, inside, push};
-use super::compile::{Compiled, Content, Solid, SuperNode};
+use super::compiled::{Compiled, Content, Solid, SuperNode};
 use super::held::Held;
 use super::hits::{Hits, Place};
 use super::inquiry::Ask;

@@ -20,7 +20,7 @@ use rustc_hash::FxHashMap;
 
 use self::limits::Faults;
 use super::blocks::{Blocks, HELD, OnDemand};
-use super::compile::{Compiled, Content, Item, SuperNode};
+use super::compiled::{Compiled, Content, Item, SuperNode};
 use super::detail::Footprint;
 use super::hits::ROOT;
 use crate::narrow::index;

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::Held;
 use crate::fast::blocks::Blocks;
-use crate::fast::compile::{Content, Gate};
+use crate::fast::compiled::{Content, Gate};
 use crate::fast::detail::Part;
 use crate::fast::hits::Place;
 use crate::fast::sample::{Dice, Sample};

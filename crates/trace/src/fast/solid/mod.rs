@@ -24,7 +24,7 @@ use fearless_simd::Simd;
 use self::come_in::Entering;
 use self::get_out::{Leaving, Waiting};
 use self::question::{Answer, Next, Operation, Question, Seek};
-use super::compile::{Compiled, Content, Solid};
+use super::compiled::{Compiled, Content, Solid};
 use super::frame::Narrow;
 use super::held::Held;
 use super::hits::{Hits, Place};

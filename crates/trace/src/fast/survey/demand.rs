@@ -19,7 +19,7 @@ use super::outline::flux;
 use super::{ALL_LINES, FEW_LINES, LINES_BELOW, SHARE};
 use crate::fast::Tracer;
 use crate::fast::blocks::Blocks;
-use crate::fast::compile::Compiled;
+use crate::fast::compiled::Compiled;
 use crate::fast::cover::{CELLS, Cover};
 use crate::fast::tree::{Child, Target};
 

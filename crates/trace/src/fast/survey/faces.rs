@@ -5,7 +5,7 @@ use fearless_simd::dispatch;
 
 use super::lines::on_sphere;
 use super::{Meeting, Survey};
-use crate::fast::compile::{Content, SuperNode};
+use crate::fast::compiled::{Content, SuperNode};
 use crate::fast::cover::behind;
 use crate::fast::frame::Narrow;
 use crate::fast::hits::{ROOT, START};

@@ -28,7 +28,7 @@ use self::lines::{Throws, backwards};
 use self::outline::flux;
 use self::solids::Tracing;
 use super::blocks::Blocks;
-use super::compile::{Compiled, Content, Item};
+use super::compiled::{Compiled, Content, Item};
 use super::cover::{self, CELLS, Cover, behind};
 use super::frame::Narrow;
 use super::hits::{ROOT, START};

@@ -6,7 +6,7 @@
 use csg_graph_bounds::{Aabb, Slabs};
 use glam::DVec3;
 
-use crate::fast::compile::Compiled;
+use crate::fast::compiled::Compiled;
 use crate::fast::cover::{self, Cover};
 use crate::fast::tree::Child;
 use crate::narrow::narrow;

@@ -8,7 +8,7 @@ use fearless_simd::{Level, dispatch};
 use super::SHARE;
 use super::estimate::stopped;
 use crate::fast::blocks::Blocks;
-use crate::fast::compile::{Compiled, Content};
+use crate::fast::compiled::{Compiled, Content};
 use crate::fast::cover::Cover;
 use crate::fast::detail::{Detail, Footprint};
 use crate::fast::held::Held;
