@@ -2,8 +2,8 @@
 
 use csg_graph_bounds::Aabb;
 
-use super::lines::Throws;
-use super::{FEW_LINES, Meeting, STRIDE};
+use super::lines::{Round, Thrown};
+use super::{FEW_LINES, Meeting};
 use crate::Ray;
 use crate::fast::cover::{CELLS, behind};
 use crate::fast::sample::Dice;
@@ -54,13 +54,10 @@ pub(super) fn stopped(
     lines: usize,
     mut is_stopped: impl FnMut(&Ray, usize) -> bool,
 ) -> [f32; CELLS] {
-    let mut dice = Dice::at(bounds.min);
-    let throws: [Throws; CELLS] = std::array::from_fn(|_| Throws::new(&mut dice));
+    let round = Round::new(&mut Dice::at(bounds.min));
     let mut tallies = [Tally::default(); CELLS];
-    for number in 0..lines {
-        let cell = number * STRIDE % CELLS;
-        let (line, weight) = throws[cell].line(bounds, cell, number / CELLS);
-        tallies[cell].add(weight, f64::from(u8::from(is_stopped(&line, number / CELLS))));
+    for Thrown { line, weight, cell, number } in round.lines(bounds, lines) {
+        tallies[cell].add(weight, f64::from(u8::from(is_stopped(&line, number))));
     }
     // Nothing is known beforehand of how directions differ.
     shares(&tallies, lines, || [1.0; CELLS])

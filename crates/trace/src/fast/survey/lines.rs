@@ -5,8 +5,39 @@ use glam::DVec3;
 
 use super::outline::flux;
 use crate::Ray;
-use crate::fast::cover;
+use crate::fast::cover::{self, CELLS};
 use crate::fast::sample::Dice;
+
+/// From the cell of one line to that of the next, so that neighbours are far from each other. Coprime with the number of cells.
+const STRIDE: usize = 10;
+
+/// Lines in all directions, cell by cell.
+pub(super) struct Round([Throws; CELLS]);
+
+/// A line through a box.
+pub(super) struct Thrown {
+    pub(super) line: Ray,
+    /// How much it counts.
+    pub(super) weight: f64,
+    /// The cell of its direction, and its number among those in that.
+    pub(super) cell: usize,
+    pub(super) number: usize,
+}
+
+impl Round {
+    pub(super) fn new(dice: &mut Dice) -> Self {
+        Self(std::array::from_fn(|_| Throws::new(dice)))
+    }
+
+    /// So many lines through a box.
+    pub(super) fn lines(&self, bounds: &Aabb, count: usize) -> impl Iterator<Item = Thrown> {
+        (0..count).map(|throw| {
+            let (cell, number) = (throw * STRIDE % CELLS, throw / CELLS);
+            let (line, weight) = self.0[cell].line(bounds, cell, number);
+            Thrown { line, weight, cell, number }
+        })
+    }
+}
 
 /// Numbers by which lines are drawn: the multiples of powers of one number, which fill the cube of four dimensions evenly
 /// from wherever they start \[ROBE18\].

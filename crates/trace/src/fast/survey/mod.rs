@@ -24,7 +24,7 @@ use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
 use self::estimate::{Arrangement, Tally, shares};
-use self::lines::{Throws, backwards};
+use self::lines::{Round, Thrown, backwards};
 use self::outline::flux;
 use self::solids::Tracing;
 use super::blocks::Blocks;
@@ -52,9 +52,6 @@ const FEW_LINES: usize = 4;
 
 /// All lines through roots together, more or less, and all through other nodes.
 const ALL_LINES: usize = 1 << 18;
-
-/// Coprime with the number of cells.
-const STRIDE: usize = 10;
 
 /// Lines that are traced like rays come down to parts of that share of the size of what is measured, or less.
 const SHARE: f64 = 0.1;
@@ -238,16 +235,13 @@ impl Survey<'_> {
         let is_super = |item: usize| matches!(block.items[item].content, Content::Super(_));
         let are_primitives = is_root && !block.items_of(number).any(is_super);
         let lines = self.lines[usize::from(!is_root)];
-        let throws: [Throws; CELLS] = std::array::from_fn(|_| Throws::new(&mut dice));
+        let round = Round::new(&mut dice);
         let mut tallies = [Tally::default(); CELLS];
         let most_seen = if is_root { SEEN } else { SEEN_BELOW };
         let mut seen = Vec::new();
-        for number in 0..lines {
-            // Neighbours are far from each other.
-            let cell = number * STRIDE % CELLS;
-            let (line, weight) = throws[cell].line(&bounds, cell, number / CELLS);
+        for (throw, Thrown { line, weight, cell, .. }) in round.lines(&bounds, lines).enumerate() {
             // Covers are the same both ways, but not what is seen.
-            let line = if number % 2 == 0 { line } else { backwards(&line, &bounds) };
+            let line = if throw % 2 == 0 { line } else { backwards(&line, &bounds) };
             let Some(inside) = Narrow::new(line, ball, ROOT, START, false) else { continue };
             let left = dispatch!(self.level, simd => self.follow(simd, node, inside, is_root));
             tallies[cell].add(weight, 1.0 - f64::from(left));

@@ -6,6 +6,7 @@ use csg_graph::{Expr, Graph, GraphBuilder, NodeId, Operator, PrimitiveKind, Tran
 use csg_graph_bounds::{Limits, exact};
 use glam::DVec3;
 
+use super::lines::Throws;
 use super::*;
 use crate::fast::Accelerated;
 use crate::fast::bounds::Bounds;
