@@ -46,9 +46,12 @@ pub(crate) fn smaller(name: &str) -> Vec<String> {
         "nature/fir" => vec!["n = 2".to_owned(), "m = 2".to_owned()],
         "nature/oak" => vec!["n = 3".to_owned()],
         "nature/shell" => vec!["n = 20".to_owned(), "inside = 4".to_owned()],
-        "vast/forest" => ["n = 1", "rough = 1", "h01 = 4", "h11 = 3", "m = 2", "whorls = 2", "grass = 1"]
-            .map(str::to_owned)
-            .to_vec(),
+        // A place with trees.
+        "vast/forest" => {
+            let place = ["x = 22", "y = 33", "rough = 1", "h01 = 4", "h11 = 3"];
+            let size = ["n = 1", "m = 2", "whorls = 2", "grass = 1"];
+            place.into_iter().chain(size).map(str::to_owned).collect()
+        }
         "vast/terrain" => vec!["n = 3".to_owned()],
         "daylight" => vec!["cnt = 2".to_owned(), "field = 2".to_owned()],
         "still_life" => vec!["n = 2".to_owned(), "cones = 4".to_owned()],

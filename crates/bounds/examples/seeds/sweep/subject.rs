@@ -12,6 +12,10 @@ use csg_graph_grammar::{Override, load};
 
 use super::Failure;
 
+/// Initial values of scenes that begin elsewhere than in their files. In front there is only grass in the forest; here are
+/// trees.
+const PLACES: [(&str, [&str; 2]); 1] = [("vast/forest", ["x = 22", "y = 33"])];
+
 /// A scene with chance in it.
 pub(crate) struct Subject {
     name: String,
@@ -91,7 +95,10 @@ impl Reduced<'_> {
         let Subject { name, source, .. } = self.subject;
         let counters = self.counters.iter().map(|(name, value)| format!("{name} = {value}"));
         let seed = self.subject.seed.map(|_| format!("seed = {seed}"));
-        let set: Result<Vec<_>, _> = counters.chain(seed).map(|text| Override::parse(&text)).collect();
+        let places =
+            PLACES.iter().filter(|(of, _)| of == name).flat_map(|(_, place)| place.map(str::to_owned));
+        let set: Result<Vec<_>, _> =
+            counters.chain(seed).chain(places).map(|text| Override::parse(&text)).collect();
         let set = set.map_err(|mistakes| format!("{name}: {mistakes:?}"))?;
         read(name, source, &set)
     }
