@@ -18,7 +18,7 @@ pub use bench::BenchArgs;
 pub use bounds::{BooleansArg, BoundsArgs, MethodArg, Sweep, VolumeArg};
 pub use engine::{BoxesArg, EngineArg, EngineArgs};
 pub(crate) use engine::{Plan, USUAL_MEMORY};
-use values::{assignment, picture_path, steps, whole, zoom_factor};
+use values::{assignment, picture_path, steps, stops, whole, zoom_factor};
 
 /// Recursive solids, from a grammar file to a picture
 ///
@@ -208,6 +208,11 @@ pub struct RenderArgs {
     /// For direct, mirrors and glass count; for path, all surfaces.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole::<u32>(1..=MAX_BOUNCES.into()))]
     pub bounces: Option<u32>,
+    /// How much brighter the light is taken, in stops: each doubles it, -1 halves it; without it what the scene says, or 0
+    ///
+    /// The colours of an OpenEXR file are multiplied, too.
+    #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = stops)]
+    pub exposure: Option<f64>,
     /// What finds the hits.
     #[command(flatten)]
     pub engine: EngineArgs,
@@ -221,6 +226,7 @@ impl RenderArgs {
     /// If something is said about light, and there is none in the view.
     pub(crate) fn check_view(&self) -> Result<(), Failure> {
         let said = self.integrator.map(|_| "--integrator").or(self.bounces.map(|_| "--bounces"));
+        let said = said.or(self.exposure.map(|_| "--exposure"));
         match said.filter(|_| !matches!(self.view, ViewArg::Shaded | ViewArg::Plate)) {
             Some(said) => Err(Failure::Usage(format!(
                 "{said} is about light, and this view shows none; leave out {said} or --view"

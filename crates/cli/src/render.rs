@@ -233,6 +233,7 @@ fn settings(loaded: &Loaded, args: &RenderArgs) -> Settings {
         view: args.view.into(),
         integrator: asked.unwrap_or(default.integrator),
         bounces: args.bounces.or(image.bounces).unwrap_or(default.bounces),
+        exposure: args.exposure.or(image.exposure).unwrap_or(default.exposure),
     }
 }
 

@@ -79,7 +79,7 @@ pub enum Integrator {
 }
 
 /// The measures of the picture, as far as the file gives them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Image {
     /// Pixels in a row, at least 1.
     pub width: Option<u32>,
@@ -91,6 +91,8 @@ pub struct Image {
     pub integrator: Option<Integrator>,
     /// How often light is followed from surface to surface, at least 1.
     pub bounces: Option<u32>,
+    /// How much brighter the light is taken, in stops: each doubles it.
+    pub exposure: Option<f64>,
 }
 
 impl Image {

@@ -139,13 +139,14 @@ fn scene_blocks_are_read_with_the_initial_parameters() {
 fn skies_are_read_as_far_as_they_are_described() {
     let source = "{ high = 1; } sphere
         sky { zenith = (0, 0.25, high); sun = (0, 0, 7); disc = high / 2; }
-        image { integrator = path; bounces = 3; }";
+        image { integrator = path; bounces = 3; exposure = -high / 2; }";
     let look = load(source, &[]).unwrap().scene.look;
     let sky = look.sky.unwrap();
     assert_eq!(sky.zenith, Some(glam::DVec3::new(0.0, 0.25, 1.0)));
     assert_eq!((sky.horizon, sky.ground, sky.sunlight), (None, None, None));
     assert_eq!((sky.sun, sky.disc), (Some(glam::DVec3::Z), Some(0.5)));
     assert_eq!((look.image.integrator, look.image.bounces), (Some(Integrator::Path), Some(3)));
+    assert_eq!(look.image.exposure, Some(-0.5));
 }
 
 #[test]

@@ -128,7 +128,7 @@ pub use light::{Light, LightSource};
 pub use noise::FEWEST as FEWEST_SAMPLES;
 pub use primary::{PrimaryPass, Probe, primary, survey};
 pub use ray::Ray;
-pub use render::{MAX_BOUNCES, MAX_PIXELS, MAX_SAMPLES, RenderError, Settings, World, render};
+pub use render::{MAX_BOUNCES, MAX_EXPOSURE, MAX_PIXELS, MAX_SAMPLES, RenderError, Settings, World, render};
 pub use sky::{Sky, Sun};
 pub use surface::{Hit, Surface};
 pub use view::View;

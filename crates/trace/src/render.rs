@@ -26,6 +26,9 @@ pub const MAX_SAMPLES: u32 = 4096;
 /// The most bounces of light from surface to surface.
 pub const MAX_BOUNCES: u32 = 1024;
 
+/// The most stops by which a picture may be made brighter or darker.
+pub const MAX_EXPOSURE: f64 = 32.0;
+
 /// What a picture is of.
 #[derive(Clone, Debug)]
 pub struct World<'a> {
@@ -66,6 +69,9 @@ pub struct Settings {
     /// How often light is followed from one surface to the next: mirrors and glass for [`Integrator::Direct`], all surfaces
     /// for [`Integrator::Path`]. With one bounce, surfaces are lit by what shines of itself.
     pub bounces: u32,
+    /// How much brighter than it is the light is taken, in stops, as photographers count: each doubles it. For the views with
+    /// light, shaded and plate. It is a part of all that is kept of the picture, [films](Film) in linear light included.
+    pub exposure: f64,
 }
 
 impl Default for Settings {
@@ -79,19 +85,23 @@ impl Default for Settings {
             view: View::Shaded,
             integrator: Integrator::Direct,
             bounces: 16,
+            exposure: 0.0,
         }
     }
 }
 
 impl Settings {
     pub(crate) fn check(&self) -> Result<(), RenderError> {
-        let Self { width, height, samples, noise, view, integrator: _, bounces } = *self;
+        let Self { width, height, samples, noise, view, integrator: _, bounces, exposure } = *self;
         check_size(width, height)?;
         if samples == 0 || samples > MAX_SAMPLES {
             return Err(RenderError::Samples { samples });
         }
         if bounces == 0 || bounces > MAX_BOUNCES {
             return Err(RenderError::Bounces { bounces });
+        }
+        if !(-MAX_EXPOSURE..=MAX_EXPOSURE).contains(&exposure) {
+            return Err(RenderError::Exposure { exposure });
         }
         match noise {
             Some(noise) if noise.is_nan() || noise <= 0.0 => Err(RenderError::Noise { noise }),
@@ -136,6 +146,12 @@ pub enum RenderError {
     Bounces {
         /// The number that was asked for.
         bounces: u32,
+    },
+    /// The exposure is further from 0 than [`MAX_EXPOSURE`], or no number.
+    #[error("a picture is exposed by -{MAX_EXPOSURE} to {MAX_EXPOSURE} stops more, not {exposure}")]
+    Exposure {
+        /// The stops that were asked for.
+        exposure: f64,
     },
     /// The camera shows nothing.
     #[error(transparent)]
@@ -182,6 +198,8 @@ pub(crate) fn check_size(width: u32, height: u32) -> Result<(), RenderError> {
 pub(crate) struct Painter<'a> {
     world: &'a World<'a>,
     view: View,
+    /// What light is multiplied by.
+    gain: f64,
     lens: Lens,
     /// Where in a pixel its samples are, in their order.
     places: Vec<DVec2>,
@@ -189,9 +207,9 @@ pub(crate) struct Painter<'a> {
 
 impl<'a> Painter<'a> {
     pub(crate) fn new(world: &'a World<'a>, settings: &Settings) -> Result<Self, CameraError> {
-        let Settings { width, height, samples, view, .. } = *settings;
+        let Settings { width, height, samples, view, exposure, .. } = *settings;
         let (lens, places) = (world.camera.lens(width, height)?, sampling::sequence(samples));
-        Ok(Self { world, view, lens, places })
+        Ok(Self { world, view, gain: libm::exp2(exposure), lens, places })
     }
 
     /// Brings the squares of a tile to their goals, one after the other, until `stop` says so.
@@ -240,7 +258,7 @@ impl<'a> Painter<'a> {
         numbers: Range<u32>,
         mut part: Part<'_>,
     ) -> Result<u64, EvalError> {
-        let view = self.view;
+        let Self { view, gain, .. } = *self;
         let Brush { tracer, illumination, pixels, rays, hits, colours } = brush;
         let Tile { columns, rows, .. } = together;
         pixels.clear();
@@ -266,13 +284,13 @@ impl<'a> Painter<'a> {
             }
             if view == View::Shaded {
                 for (place, colour) in colours.iter().enumerate() {
-                    part.colour(place, number, *colour);
+                    part.colour(place, number, *colour * gain);
                 }
                 continue;
             }
             for (place, hit) in hits.iter().enumerate() {
                 match (view, hit) {
-                    (View::Plate, Some(_)) => part.colour(place, number, colours[place]),
+                    (View::Plate, Some(_)) => part.colour(place, number, colours[place] * gain),
                     (View::Plate, None) => part.missed(place, missed),
                     (View::Normal, Some(hit)) => part.normal(place, number, hit.normal),
                     (View::Depth, Some(hit)) => part.depth(place, hit.t),

@@ -17,6 +17,7 @@ const SETTINGS: Settings = Settings {
     view: View::Shaded,
     integrator: Integrator::Direct,
     bounces: 16,
+    exposure: 0.0,
 };
 
 /// A shining tower of cones with bites, on the ground; each part is smaller than the one below.

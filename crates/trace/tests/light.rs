@@ -16,6 +16,7 @@ const DIRECT: Settings = Settings {
     view: View::Shaded,
     integrator: Integrator::Direct,
     bounces: 64,
+    exposure: 0.0,
 };
 
 const PATH: Settings = Settings { integrator: Integrator::Path, samples: 16, ..DIRECT };

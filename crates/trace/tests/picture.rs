@@ -18,6 +18,7 @@ const SETTINGS: Settings = Settings {
     view: View::Shaded,
     integrator: Integrator::Direct,
     bounces: 16,
+    exposure: 0.0,
 };
 
 /// A tower of `levels` bitten cubes, each turned and 0.7 times as large as the one below.
@@ -354,6 +355,10 @@ fn what_cannot_be_rendered_is_refused() {
     }
     assert_eq!(refused(&world, Settings { samples: 0, ..SETTINGS }), RenderError::Samples { samples: 0 });
     assert_eq!(refused(&world, Settings { bounces: 0, ..SETTINGS }), RenderError::Bounces { bounces: 0 });
+    for exposure in [f64::NAN, 32.5, f64::NEG_INFINITY] {
+        let error = refused(&world, Settings { exposure, ..SETTINGS });
+        assert!(matches!(error, RenderError::Exposure { .. }), "{error:?}");
+    }
     let blind = World { camera: Camera { target: world.camera.eye, ..world.camera }, ..world };
     assert!(matches!(refused(&blind, SETTINGS), RenderError::Camera(_)));
 }

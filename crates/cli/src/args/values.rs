@@ -3,6 +3,8 @@
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
+use csg_graph_trace::MAX_EXPOSURE;
+
 use super::PictureFormat;
 
 /// A whole number in a range.
@@ -31,6 +33,14 @@ pub(super) fn assignment(text: &str) -> Result<String, String> {
 pub(super) fn steps(text: &str) -> Result<f64, String> {
     let steps = text.parse().ok().filter(|steps: &f64| *steps > 0.0 && steps.is_finite());
     steps.ok_or_else(|| "write it as a number above 0, for example 2 or 0.5".to_owned())
+}
+
+/// How much brighter.
+pub(super) fn stops(text: &str) -> Result<f64, String> {
+    let stops = text.parse().ok().filter(|stops: &f64| stops.abs() <= MAX_EXPOSURE);
+    stops.ok_or_else(|| {
+        format!("write it as a number from -{MAX_EXPOSURE} to {MAX_EXPOSURE}, for example 1 or -0.5")
+    })
 }
 
 /// How many times closer.

@@ -49,7 +49,7 @@ impl Checkpoint {
         zoom: Option<f64>,
         settings: &Settings,
     ) -> Self {
-        let Settings { width, height, samples, noise, view, integrator, bounces } = settings;
+        let Settings { width, height, samples, noise, view, integrator, bounces, exposure } = settings;
         let or_none = |value: Option<String>| value.unwrap_or_else(|| "none".to_owned());
         let (budget, resolution, detail, memory) = match plan {
             Plan::Reference { .. } => (None, None, None, None),
@@ -67,6 +67,7 @@ impl Checkpoint {
             ("view", format!("{view:?}").to_lowercase()),
             ("integrator", format!("{integrator:?}").to_lowercase()),
             ("bounces", bounces.to_string()),
+            ("exposure", exposure.to_string()),
             ("zoom", or_none(zoom.map(|factor| factor.to_string()))),
             ("regime", stage.regime.to_string()),
             ("engine", stage.prepared.kind().to_string()),

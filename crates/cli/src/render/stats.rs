@@ -23,6 +23,7 @@ pub(super) struct Stats {
     samples_taken: u64,
     integrator: &'static str,
     bounces: u32,
+    exposure: f64,
     engine: String,
     boxes: &'static str,
     /// What the engine takes besides the graph.
@@ -80,6 +81,7 @@ impl Stats {
                 _ => "direct",
             },
             bounces: settings.bounces,
+            exposure: settings.exposure,
             engine: prepared.kind().to_string(),
             boxes: prepared.method.map_or("none", MethodArg::name),
             bytes: prepared.bytes(),

@@ -136,6 +136,8 @@ fn light_is_computed_as_the_scene_or_the_command_line_says() {
     for (arguments, expected, integrator) in [
         (&[][..], 0.125 + 0.0625 + 0.03125, "path"),
         (&["--bounces", "1"], 0.125 + 0.0625, "path"),
+        (&["--exposure", "1.5"], 0.21875 * libm::exp2(1.5), "path"),
+        (&["--exposure", "-2"], 0.21875 / 4.0, "path"),
         (&["--engine", "reference"], 0.21875, "path"),
         (&["--engine", "grid"], 0.21875, "path"),
         (&["--integrator", "direct"], 0.125 + 0.5 * 0.2, "direct"),

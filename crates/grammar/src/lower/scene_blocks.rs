@@ -17,6 +17,8 @@ const PIXELS: u64 = 1 << 26;
 const SAMPLES: u32 = 4096;
 /// The most bounces.
 const BOUNCES: u32 = 1024;
+/// The most stops.
+const EXPOSURE: f64 = 32.0;
 /// The largest diameter of a sun, in degrees.
 const DISC: f64 = 90.0;
 /// The largest coordinate of a point, so that squares of distances are numbers.
@@ -139,8 +141,13 @@ impl Lowering<'_> {
     }
 
     fn image(&mut self, block: &SceneBlock) -> Image {
-        let mut fields = self.fields(block, &["width", "height", "samples", "integrator", "bounces"]);
+        let known = ["width", "height", "samples", "integrator", "bounces", "exposure"];
+        let mut fields = self.fields(block, &known);
         let integrator = fields.take("integrator").and_then(|field| self.integrator(field));
+        let exposure = fields.take("exposure").and_then(|field| {
+            let what = format!("a number of stops from -{most} to {most}", most = Number(EXPOSURE));
+            self.number_where(field, &what, |stops| stops.abs() <= EXPOSURE)
+        });
         let mut whole = |name, most| fields.take(name).and_then(|field| self.whole(field, most));
         let [width, height] = ["width", "height"].map(|side| whole(side, Image::MAX_SIDE));
         let image = Image {
@@ -149,6 +156,7 @@ impl Lowering<'_> {
             samples: whole("samples", SAMPLES),
             integrator,
             bounces: whole("bounces", BOUNCES),
+            exposure,
         };
         let pixels = width.map(u64::from).zip(height.map(u64::from)).map(|(width, height)| width * height);
         if let Some(pixels) = pixels.filter(|pixels| *pixels > PIXELS) {
