@@ -5,7 +5,7 @@ mod sweep;
 use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
-use csg_graph_trace::{PrimaryPass, Probe, Settings, primary, render, survey};
+use csg_graph_trace::{PrimaryPass, Probe, Settings, primary, probe, render};
 use rayon::ThreadPool;
 use serde::Serialize;
 
@@ -73,7 +73,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
     let (image_times, _) = repeat(args.reps, &pool, || render(&world, &settings, &|_| {}))
         .map_err(|error| stage.failure(error))?;
 
-    let probes = pool.install(|| survey(&world, width, height)).map_err(|error| stage.failure(error))?;
+    let probes = pool.install(|| probe(&world, width, height)).map_err(|error| stage.failure(error))?;
     let slowest = slowest(probes);
 
     let PrimaryPass { hits, counters, .. } = pass;

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use csg_graph_trace::{Integrator, LatentImage, Probe, Settings, survey};
+use csg_graph_trace::{Integrator, LatentImage, Probe, Settings, probe};
 use image::{ImageError, ImageFormat, RgbImage};
 use rayon::ThreadPool;
 
@@ -65,7 +65,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     if is_complete && image.hits() == 0 {
         work.stage.warn_of_nothing();
     }
-    let probes = has_layers(args).then(|| work.survey()).transpose()?;
+    let probes = has_layers(args).then(|| work.probe()).transpose()?;
     let stats = work.stats(&image, taken);
     let bytes = match probes {
         Some(probes) => {
@@ -192,9 +192,9 @@ impl<'a> Work<'a> {
     }
 
     /// What primary rays meet.
-    fn survey(&self) -> Result<Vec<Probe>, Failure> {
+    fn probe(&self) -> Result<Vec<Probe>, Failure> {
         let Settings { width, height, .. } = self.settings;
-        let probes = self.pool.install(|| survey(&self.stage.world(), width, height));
+        let probes = self.pool.install(|| probe(&self.stage.world(), width, height));
         probes.map_err(|error| self.stage.failure(error))
     }
 

@@ -27,7 +27,7 @@ pub(crate) const SQUARE: u32 = fast::PACKET_SIDE;
 
 /// A picture in the making: exposed to some of its samples, and more can follow.
 ///
-/// [`render`](crate::render) makes a picture at once. This is for pictures that take long: they can be looked at, stopped,
+/// [`render`](fn@crate::render) makes a picture at once. This is for pictures that take long: they can be looked at, stopped,
 /// [saved](Self::save), [loaded](Self::load) and continued, and come out the same.
 ///
 /// It takes 24 bytes a pixel, or 48 if noise decides when a pixel has enough samples, and as much again for a moment each
@@ -149,10 +149,10 @@ impl LatentImage {
                 return Ok(false);
             }
             let done = AtomicU64::new(all - self.left());
-            let parts = self.exposure.parts(tiles).zip(&mut self.squares).zip(tiles.iter());
+            let patches = self.exposure.patches(tiles).zip(&mut self.squares).zip(tiles.iter());
             let brush = || Brush::new(world, &settings);
-            let spent = tiles::find_in_each(parts, brush, |brush, ((part, squares), tile)| {
-                let painted = painter.paint(brush, &tile, squares, part, stop)?;
+            let spent = tiles::find_in_each(patches, brush, |brush, ((patch, squares), tile)| {
+                let painted = painter.paint(brush, &tile, squares, patch, stop)?;
                 if painted.samples > 0 {
                     progress(done.fetch_add(painted.samples, Ordering::Relaxed) + painted.samples);
                 }

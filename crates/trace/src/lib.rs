@@ -126,7 +126,7 @@ pub use integrate::Integrator;
 pub use latent::LatentImage;
 pub use light::{Light, LightSource};
 pub use noise::FEWEST as FEWEST_SAMPLES;
-pub use primary::{PrimaryPass, Probe, primary, survey};
+pub use primary::{PrimaryPass, Probe, primary, probe};
 pub use ray::Ray;
 pub use render::{MAX_BOUNCES, MAX_EXPOSURE, MAX_PIXELS, MAX_SAMPLES, RenderError, Settings, World, render};
 pub use sky::{Sky, Sun};

@@ -47,7 +47,7 @@ pub struct Probe {
 /// out what is hit are not asked for that.
 ///
 /// # Errors
-/// As [`render`](crate::render), of which it is a part.
+/// As [`render`](fn@crate::render), of which it is a part.
 ///
 /// # Panics
 /// If the boxes are of another graph.
@@ -83,11 +83,11 @@ pub fn primary(world: &World<'_>, width: u32, height: u32) -> Result<PrimaryPass
 /// all states are listed first.
 ///
 /// # Errors
-/// As [`render`](crate::render), and if the states have no list.
+/// As [`render`](fn@crate::render), and if the states have no list.
 ///
 /// # Panics
 /// If the boxes are of another graph.
-pub fn survey(world: &World<'_>, width: u32, height: u32) -> Result<Vec<Probe>, RenderError> {
+pub fn probe(world: &World<'_>, width: u32, height: u32) -> Result<Vec<Probe>, RenderError> {
     let numbers = world.engine.state_numbers()?;
     let tracer = || world.engine.numbering_tracer(&numbers);
     let traced = trace(world, width, height, tracer, |probing, tile| {

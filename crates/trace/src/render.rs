@@ -10,7 +10,7 @@ use crate::engine::{Engine, Tracer};
 use crate::integrate::Illumination;
 use crate::latent::{SQUARE, Square};
 use crate::tiles::Tile;
-use crate::view::Part;
+use crate::view::Patch;
 use crate::{
     Batch, Beam, Camera, Counters, Film, Footprint, Hit, Integrator, LatentImage, Light, Ray, Sky, View,
     sampling,
@@ -218,7 +218,7 @@ impl<'a> Painter<'a> {
         brush: &mut Brush<'_>,
         tile: &Tile,
         squares: &mut [Square],
-        mut part: Part<'_>,
+        mut patch: Patch<'_>,
         stop: &dyn Fn() -> bool,
     ) -> Result<Painted, EvalError> {
         // What a pixel costs, and how deep its ray went, are known of single rays.
@@ -227,7 +227,7 @@ impl<'a> Painter<'a> {
         let (mut samples, mut hits) = (0, 0);
         let beam = tile.beam(&self.lens);
         for (square, own) in squares.iter_mut().zip(tile.squares(SQUARE)) {
-            let mut part = part.split_off(own.pixel_count());
+            let mut patch = patch.split_off(own.pixel_count());
             if square.taken == square.goal {
                 continue;
             }
@@ -235,12 +235,12 @@ impl<'a> Painter<'a> {
                 break;
             }
             if square.taken == 0 {
-                part.touch();
+                patch.touch();
             }
             let numbers = square.taken..square.goal;
             for together in own.squares(side) {
-                let part = part.split_off(together.pixel_count());
-                hits += self.expose(brush, &beam, &together, numbers.clone(), part)?;
+                let patch = patch.split_off(together.pixel_count());
+                hits += self.expose(brush, &beam, &together, numbers.clone(), patch)?;
             }
             samples += numbers.len() as u64 * own.pixel_count() as u64;
             square.taken = square.goal;
@@ -256,7 +256,7 @@ impl<'a> Painter<'a> {
         beam: &Beam,
         together: &Tile,
         numbers: Range<u32>,
-        mut part: Part<'_>,
+        mut patch: Patch<'_>,
     ) -> Result<u64, EvalError> {
         let Self { view, gain, .. } = *self;
         let Brush { tracer, illumination, pixels, rays, hits, colours } = brush;
@@ -284,23 +284,23 @@ impl<'a> Painter<'a> {
             }
             if view == View::Shaded {
                 for (place, colour) in colours.iter().enumerate() {
-                    part.colour(place, number, *colour * gain);
+                    patch.colour(place, number, *colour * gain);
                 }
                 continue;
             }
             for (place, hit) in hits.iter().enumerate() {
                 match (view, hit) {
-                    (View::Plate, Some(_)) => part.colour(place, number, colours[place] * gain),
-                    (View::Plate, None) => part.missed(place, missed),
-                    (View::Normal, Some(hit)) => part.normal(place, number, hit.normal),
-                    (View::Depth, Some(hit)) => part.depth(place, hit.t),
+                    (View::Plate, Some(_)) => patch.colour(place, number, colours[place] * gain),
+                    (View::Plate, None) => patch.missed(place, missed),
+                    (View::Normal, Some(hit)) => patch.normal(place, number, hit.normal),
+                    (View::Depth, Some(hit)) => patch.depth(place, hit.t),
                     (View::Normal | View::Depth, None) | (View::Shaded | View::Cost, _) => {}
                 }
             }
         }
         if view == View::Cost {
             let tests = tracer.counters().tests() - tests_before;
-            part.cost(0, tests as f64);
+            patch.cost(0, tests as f64);
         }
         Ok(met)
     }

@@ -53,7 +53,7 @@ pub(crate) struct Exposure {
 
 /// What belongs to some pixels of a tile that follow each other.
 #[derive(Debug)]
-pub(crate) struct Part<'a> {
+pub(crate) struct Patch<'a> {
     light: &'a mut [[f64; 3]],
     gauges: &'a mut [[f64; 2]],
     halves: &'a mut [[f64; 3]],
@@ -75,14 +75,14 @@ impl Exposure {
         }
     }
 
-    /// The parts of the tiles.
-    pub(crate) fn parts(&mut self, tiles: Tiles) -> impl Iterator<Item = Part<'_>> {
+    /// The patches of the tiles.
+    pub(crate) fn patches(&mut self, tiles: Tiles) -> impl Iterator<Item = Patch<'_>> {
         let Self { light, gauges, halves, extremes } = self;
         let (mut light, mut gauges, mut halves) = (&mut light[..], &mut gauges[..], &mut halves[..]);
         tiles.iter().zip(extremes).map(move |(tile, extremes)| {
             let count = tile.pixel_count();
             let (light, gauges) = (first(&mut light, count), first(&mut gauges, count));
-            Part { light, gauges, halves: first(&mut halves, count), extremes }
+            Patch { light, gauges, halves: first(&mut halves, count), extremes }
         })
     }
 
@@ -119,11 +119,11 @@ impl Exposure {
     }
 }
 
-impl Part<'_> {
+impl Patch<'_> {
     /// Takes its first pixels away.
-    pub(crate) fn split_off(&mut self, count: usize) -> Part<'_> {
+    pub(crate) fn split_off(&mut self, count: usize) -> Patch<'_> {
         let (light, gauges) = (first(&mut self.light, count), first(&mut self.gauges, count));
-        Part { light, gauges, halves: first(&mut self.halves, count), extremes: self.extremes }
+        Patch { light, gauges, halves: first(&mut self.halves, count), extremes: self.extremes }
     }
 
     /// Sets all sums to zero, which they are. New memory that is read before it is written is given twice by the system:

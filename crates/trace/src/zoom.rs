@@ -1,6 +1,6 @@
 //! Going closer to what is small.
 
-use crate::{Camera, Ray, RenderError, World, survey};
+use crate::{Camera, Ray, RenderError, World, probe};
 
 /// Rays that look for the smallest part: so many along the longer side of the picture.
 const LOOK: u32 = 256;
@@ -31,7 +31,7 @@ const STEP: f64 = 16.0;
 /// ```
 ///
 /// # Errors
-/// As [`survey`](crate::survey).
+/// As [`probe`](crate::probe).
 ///
 /// # Panics
 /// If the boxes are of another graph, the factor is not a number from 1 on, or the aspect is not positive and finite.
@@ -63,7 +63,7 @@ fn smallest(world: &World<'_>, aspect: f64) -> Result<Option<(Ray, f64)>, Render
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 1 to LOOK")]
     let [width, height] =
         [aspect, 1.0 / aspect].map(|side| (f64::from(LOOK) * side.min(1.0)).round().max(1.0) as u32);
-    let probes = survey(world, width, height)?;
+    let probes = probe(world, width, height)?;
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     let smallest = pixels
         .zip(&probes)

@@ -10,7 +10,7 @@ use csg_graph::Graph;
 use csg_graph_bounds::{Aabb, Envelopes, Limits, exact, root_box};
 use csg_graph_trace::{
     Accelerated, Camera, Engine, Footprint, Hit, Lens, Light, PACKET, Ray, RenderError, Settings,
-    StateBounds, Tracer, World, brute, render, survey, zoom,
+    StateBounds, Tracer, World, brute, probe, render, zoom,
 };
 use glam::DVec3;
 
@@ -249,7 +249,7 @@ fn what_never_ends_can_be_gone_close_to() {
     let closer = zoom(&world, 1.0, 1e6).unwrap();
     let [far, near] = [camera, closer].map(|camera| camera.eye.distance(camera.target));
     assert!(near < far * 1e-5 && near > far * 1e-8, "{near} of {far}");
-    let seen = survey(&World { camera: closer, ..world }, 32, 32).unwrap();
+    let seen = probe(&World { camera: closer, ..world }, 32, 32).unwrap();
     assert!(seen.iter().filter(|probe| probe.node.is_some()).count() > 100);
 }
 

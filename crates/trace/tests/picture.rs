@@ -6,7 +6,7 @@ use csg_graph::{AttributeTerm, Expr, Graph, GraphBuilder, Operator, PrimitiveKin
 use csg_graph_bounds::{HyperBoxes, Limits, chain, conventional, exact};
 use csg_graph_trace::{
     Accelerated, Camera, Engine, Film, Grid, Integrator, Light, LightSource, MAX_PIXELS, Probe, RenderError,
-    Settings, View, Walk, World, primary, render, survey,
+    Settings, View, Walk, World, primary, probe, render,
 };
 use glam::DVec3;
 
@@ -96,12 +96,12 @@ fn primary_rays_are_those_of_a_picture_with_one_sample() {
     for engine in [Engine::Reference(&graph, Some(&boxes)), Engine::Fast(&accelerated)] {
         let world = World { engine, ..world(&graph, &boxes) };
         let counted = primary(&world, width, height).unwrap();
-        let probes = survey(&world, width, height).unwrap();
+        let probes = probe(&world, width, height).unwrap();
         assert_eq!((counted.counters.rays, counted.counters.shadow_rays), (45 * 34, 0));
         assert_eq!(counted.hits, probes.iter().filter(|probe| probe.node.is_some()).count() as u64);
         assert!(counted.hits > 100);
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        assert_eq!(one.install(|| survey(&world, width, height)).unwrap(), probes);
+        assert_eq!(one.install(|| probe(&world, width, height)).unwrap(), probes);
 
         let lens = world.camera.lens(width, height).unwrap();
         let mut walk = Walk::new(&graph, Some(&boxes));
@@ -122,7 +122,7 @@ fn primary_rays_are_those_of_a_picture_with_one_sample() {
             assert!(probe.box_tests > 0, "{x} {y}");
         }
         assert!(matches!(primary(&world, 0, 5), Err(RenderError::Size { .. })));
-        assert!(matches!(survey(&world, 5, 0), Err(RenderError::Size { .. })));
+        assert!(matches!(probe(&world, 5, 0), Err(RenderError::Size { .. })));
     }
 }
 
@@ -137,8 +137,8 @@ fn engines_know_the_state_that_they_hit() {
         let boxes = exact(&graph, &Limits::default()).unwrap();
         Grid::new(&graph, boxes, Some(resolution), Grid::DEFAULT_BUDGET).unwrap()
     });
-    let survey = |engine| survey(&World { engine, ..world(&graph, &hyper_boxes) }, 60, 45).unwrap();
-    let walked = survey(Engine::Reference(&graph, Some(&hyper_boxes)));
+    let probe_of = |engine| probe(&World { engine, ..world(&graph, &hyper_boxes) }, 60, 45).unwrap();
+    let walked = probe_of(Engine::Reference(&graph, Some(&hyper_boxes)));
     let states: Vec<_> = boxes.states().map(|(state, _)| state).collect();
     let mut met = std::collections::BTreeSet::new();
     for probe in walked.iter().filter(|probe| probe.node.is_some()) {
@@ -152,7 +152,7 @@ fn engines_know_the_state_that_they_hit() {
         .into_iter()
         .chain(grids.iter().map(Engine::Grid))
     {
-        let pairs = survey(engine).into_iter().zip(&walked);
+        let pairs = probe_of(engine).into_iter().zip(&walked);
         let differing = pairs.filter(|(a, b)| (a.node, a.state) != (b.node, b.state)).count();
         assert!(differing <= 1, "{differing} probes differ");
     }
@@ -161,7 +161,7 @@ fn engines_know_the_state_that_they_hit() {
     let cube = builder.primitive(PrimitiveKind::Cube, []);
     let cube = builder.finish(cube).unwrap();
     let boxes = chain(&cube, &Limits::default()).unwrap();
-    let probes = csg_graph_trace::survey(&world(&cube, &boxes), 20, 20).unwrap();
+    let probes = csg_graph_trace::probe(&world(&cube, &boxes), 20, 20).unwrap();
     assert!(probes.iter().any(|probe| probe.node.is_some()));
     assert!(probes.iter().all(|probe| probe.state.is_none()));
 }
@@ -336,7 +336,7 @@ fn what_a_picture_of_costs_counts_is_what_its_rays_cost_alone() {
         let world = World { engine, camera: close, lights: Vec::new(), ..world(&graph, &boxes) };
         let settings = Settings { view: View::Cost, ..SETTINGS };
         let (_, counted) = render(&world, &settings, &|_| {}).unwrap();
-        let probes = survey(&world, settings.width, settings.height).unwrap();
+        let probes = probe(&world, settings.width, settings.height).unwrap();
         let tests = |probe: &Probe| u64::from(probe.box_tests) + u64::from(probe.primitive_tests);
         assert_eq!(counted.tests(), probes.iter().map(tests).sum::<u64>());
     }
