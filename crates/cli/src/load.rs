@@ -153,7 +153,7 @@ impl Loaded {
     pub(crate) fn report_unlisted(&self) -> bool {
         match self.scene.graph.analyse(&self.limits) {
             Err(error @ (StatesError::Endless { .. } | StatesError::TooMany { .. })) => {
-                report(&self.name, &self.source, &[self.explained(&error, MAX_STATES)]);
+                report(&self.name, &self.source, &self.explained(&error, MAX_STATES));
                 true
             }
             _ => false,
@@ -172,14 +172,15 @@ impl Loaded {
             _ => false,
         };
         if is_doubtful {
-            let warning = Diagnostic { severity: Severity::Warning, ..self.explained(unlisted, option) };
-            report(&self.name, &self.source, &[warning]);
+            let mut warnings = self.explained(unlisted, option);
+            warnings.iter_mut().for_each(|doubt| doubt.severity = Severity::Warning);
+            report(&self.name, &self.source, &warnings);
         }
     }
 
     /// Reports why the states cannot be listed.
     pub(crate) fn failure(&self, error: &StatesError) -> Failure {
-        self.mistakes(&[self.explained(error, MAX_STATES)])
+        self.mistakes(&self.explained(error, MAX_STATES))
     }
 
     /// Reports a state that leads on and on, and to nothing.
@@ -199,17 +200,19 @@ impl Loaded {
             }
         }
         let or_else = "; without a list, `pcsg check` tells the box of the whole";
-        self.mistakes(&[self.explained(error, &format!("{MAX_STATES}{or_else}"))])
+        self.mistakes(&self.explained(error, &format!("{MAX_STATES}{or_else}")))
     }
 
     /// Why the states cannot be listed. Of those that are too many, also what can be done.
-    fn explained(&self, error: &StatesError, by: &str) -> Diagnostic {
-        let mut diagnostic = self.scene.explain(error);
-        if let (StatesError::TooMany { .. }, Some(help)) = (error, &mut diagnostic.help) {
-            help.push_str(" with ");
-            help.push_str(by);
+    fn explained(&self, error: &StatesError, by: &str) -> Vec<Diagnostic> {
+        let mut diagnostics = self.scene.explain(error);
+        if let StatesError::TooMany { .. } = error {
+            for help in diagnostics.iter_mut().filter_map(|diagnostic| diagnostic.help.as_mut()) {
+                help.push_str(" with ");
+                help.push_str(by);
+            }
         }
-        diagnostic
+        diagnostics
     }
 
     /// The limits for boxes: those of the analysis, which has listed the states before.
