@@ -123,7 +123,7 @@ impl Loaded {
             "it has more states than are listed, and without a list its parts may be anywhere";
         let envelopes = Envelopes::new(self.scene.graph.clone(), &self.bounds_limits());
         if let Some(state) = envelopes.leads_nowhere(LOOKED_AT) {
-            return Err(self.nowhere(&state));
+            return Err(self.failure_at(&state, Fault::Nothing));
         }
         let reason = match envelopes.of(&self.scene.graph.root_state()) {
             Ok(root) if root.aabb().is_bounded() => return Ok(envelopes),
@@ -183,11 +183,11 @@ impl Loaded {
         self.mistakes(&self.explained(error, MAX_STATES))
     }
 
-    /// Reports a state that leads on and on, and to nothing.
-    pub(crate) fn nowhere(&self, state: &State) -> Failure {
+    /// Reports what is wrong with the solid of a state.
+    pub(crate) fn failure_at(&self, state: &State, fault: Fault) -> Failure {
         let graph = &self.scene.graph;
         let at = Place { node: state.node(), expr: None, label: graph.node_name(state.node()) };
-        let error = EvalError { at, fault: Fault::Nothing, values: graph.live_values(state) };
+        let error = EvalError { at, fault, values: graph.live_values(state) };
         self.failure(&error.into())
     }
 
@@ -196,7 +196,7 @@ impl Loaded {
         if let StatesError::TooMany { .. } = error {
             let envelopes = Envelopes::new(self.scene.graph.clone(), &self.bounds_limits());
             if let Some(state) = envelopes.leads_nowhere(LOOKED_AT) {
-                return self.nowhere(&state);
+                return self.failure_at(&state, Fault::Nothing);
             }
         }
         let or_else = "; without a list, `pcsg check` tells the box of the whole";
