@@ -3,7 +3,7 @@
 //! From the loosest: `||`; `&&`; comparisons; `+ -`; `* / %`; the signs `-` and `!`; `^`, which groups to the right and
 //! binds tighter than a sign on its left: −2^2 is −4.
 
-use csg_graph::{Binary, Unary};
+use csg_graph::{Binary, Function, Unary};
 
 use super::Parser;
 use crate::syntax::{Expr, ExprId};
@@ -264,15 +264,19 @@ impl Parser<'_> {
             Kind::Name | Kind::Number if !self.begins_item(self.at) && !self.begins_solid(self.at) => self
                 .expected("`,` or `)`")
                 .also(open, "in the parentheses that begin here")
-                .help_if(self.missing_product()),
+                .help_if(self.missing_product())
+                .help_if(self.missing_call()),
             Kind::Semicolon | Kind::End | Kind::CloseBrace | Kind::OpenBrace | Kind::Name | Kind::Number => {
                 self.unclosed(open, "`)`")
             }
             _ => self.expected("`,` or `)`").also(open, "in the parentheses that begin here"),
         };
-        if self.kind() == Kind::Colon {
-            report = report.help("arguments are separated by commas");
-        }
+        report = match self.kind() {
+            Kind::Colon => report.help("arguments are separated by commas"),
+            Kind::Assign => report
+                .help("arguments have no names, but those of `material`; parameters are set before a solid: `{n = 3} TREE`"),
+            _ => report,
+        };
         self.report(report);
         // What follows on the line up to the closing parenthesis is part of the mistake.
         let mut ahead = self.at;
@@ -298,7 +302,14 @@ impl Parser<'_> {
         self.previous()
     }
 
-    /// `2 cnt`, as mathematicians write it.
+    /// `sin 30`, as mathematicians write it.
+    pub(super) fn missing_call(&self) -> Option<String> {
+        let function = Function::named(self.text_at(self.at.checked_sub(1)?))?;
+        let is_operand = matches!(self.kind(), Kind::Name | Kind::Number);
+        is_operand.then(|| format!("`{}` is a function: write `{}`", function.name(), function.signature()))
+    }
+
+    /// `2 cnt`, as they do, too.
     pub(super) fn missing_product(&self) -> Option<String> {
         let number = self.at > 0 && self.kind_at(self.at - 1) == Kind::Number;
         (number && self.kind() == Kind::Name)
