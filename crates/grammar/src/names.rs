@@ -92,14 +92,12 @@ impl Idiom {
     }
 
     /// How this language writes it.
-    pub(crate) fn here(self) -> &'static str {
+    pub(crate) fn here(self) -> String {
         match self {
-            Self::Operator(Operator::Union) => "the union of solids is written `a | b`",
-            Self::Operator(Operator::Intersection) => "the intersection of solids is written `a & b`",
-            Self::Operator(Operator::Difference) => "the difference of solids is written `a \\ b` or `a - b`",
-            Self::Loop => {
-                "there are no loops: a rule that leads back to its symbol repeats, and counts: `{n = n - 1} TREE`"
+            Self::Operator(operator) => {
+                format!("the {} of solids is written `a {} b`", operator.name(), operator.ascii_sign())
             }
+            Self::Loop => "there are no loops: a rule that leads back to its symbol repeats, and counts: `{n = n - 1} TREE`".to_owned(),
         }
     }
 }

@@ -7,7 +7,7 @@ use csg_graph::Operator;
 
 use super::Parser;
 use crate::names::{self, Idiom};
-use crate::syntax::{Prefix, PrefixKind, Term, TermId};
+use crate::syntax::{Prefix, PrefixKind, Term, TermId, strength};
 use crate::token::Kind;
 use crate::{Diagnostic, Span};
 
@@ -16,13 +16,6 @@ enum Open {
     Group(Span),
     Prefix(Prefix),
     Left(Operator, TermId),
-}
-
-fn strength(operator: Operator) -> u8 {
-    match operator {
-        Operator::Union | Operator::Difference => 1,
-        Operator::Intersection => 2,
-    }
 }
 
 fn operator(kind: Kind) -> Option<Operator> {
@@ -87,7 +80,7 @@ impl Parser<'_> {
     /// Goes past the word that begins it, and parentheses that hold no solids.
     fn foreign_construct(&mut self) {
         let idiom = self.idiom(self.at);
-        self.report(self.expected("a solid").help_if(idiom.map(|idiom| idiom.here().to_owned())));
+        self.report(self.expected("a solid").help_if(idiom.map(Idiom::here)));
         self.advance();
         let is_empty = self.kind_at(self.at + 1) == Kind::CloseParen;
         if self.kind() == Kind::OpenParen && (is_empty || idiom == Some(Idiom::Loop)) {
@@ -157,16 +150,15 @@ impl Parser<'_> {
         let last_word = &self.source[before.range()];
         let last_word = last_word.rsplit(|c: char| c.is_whitespace()).next().unwrap_or_default();
         let message = format!("an operator is missing between `{last_word}` and {}", self.found());
+        let idiom = self.idiom(self.at).unwrap_or(Idiom::Operator(Operator::Union)).here();
         let help = if self.begins_header_text() {
-            "if this is the header of a symbol, put it on a line of its own"
-        } else if let Some(idiom) = self.idiom(self.at) {
-            idiom.here()
+            "if this is the header of a symbol, put it on a line of its own".to_owned()
         } else if self.kind() == Kind::OpenBrace {
-            "a union of solids is written `a | b`; a calculation stands before its solid: `{n = n - 1} TREE`"
+            format!("{idiom}; a calculation stands before its solid: `{{n = n - 1}} TREE`")
         } else if names::is_prefix(self.text()) {
-            "a union of solids is written `a | b`; what changes a solid stands before it: `move(0, 0, 1) sphere`"
+            format!("{idiom}; what changes a solid stands before it: `move(0, 0, 1) sphere`")
         } else {
-            "a union of solids is written `a | b`"
+            idiom
         };
         let report = Diagnostic::error(self.span(), message).label("expected `|`, `&` or `\\` before this");
         self.report(report.help(help));
