@@ -41,7 +41,8 @@ fn told(name: &str, bytes: &[u8]) -> Vec<Diagnostic> {
         Err(reports) => reports,
         Ok(lowered) => {
             let error = lowered.scene.graph.analyse(&Default::default()).err();
-            lowered.warnings.into_iter().chain(error.map(|error| lowered.scene.explain(&error))).collect()
+            let errors = error.map(|error| lowered.scene.explain(&error));
+            lowered.warnings.into_iter().chain(errors.into_iter().flatten()).collect()
         }
     }
 }

@@ -7,10 +7,11 @@ use csg_graph_bounds::Aabb;
 use serde::Serialize;
 
 use crate::args::{CheckArgs, Format, USUAL_MEMORY};
+use crate::engine::exact_boxes;
 use crate::load::{Loaded, MAX_STATES, load};
 use crate::regime::listing_bytes;
 use crate::text::{grouped, json};
-use crate::{Failure, bounds, print};
+use crate::{Failure, bounds, extent, print};
 
 /// What `check --format json` prints. Counts that outgrow the numbers of most JSON readers are decimal strings.
 #[derive(Serialize)]
@@ -71,25 +72,33 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
     let loaded = load(&args.scene)?;
     let graph = &loaded.scene.graph;
     match graph.analyse(&loaded.limits) {
-        Ok(analysis) => print(match args.format {
-            Format::Table => table(&loaded.name, &analysis),
-            Format::Json => json(&Report {
-                scene: loaded.name.clone(),
-                regime: "finite",
-                nodes: analysis.nodes,
-                states: analysis.states.to_string(),
-                distinct_states: analysis.distinct_states.to_string(),
-                node_states: analysis.node_states.to_string(),
-                instances: analysis.instances.to_string(),
-                primitives: analysis.primitives.to_string(),
-                depth: analysis.depth,
-                terminates: true,
-            }),
-        }),
+        Ok(analysis) => finite(args, &loaded, &analysis),
         Err(StatesError::Endless { path }) => endless(args, &loaded, &path),
         Err(error @ StatesError::TooMany { limit, .. }) => vast(args, &loaded, &error, limit),
         Err(error) => Err(loaded.failure(&error)),
     }
+}
+
+/// A solid whose states can be listed is one that can be traced, unless its size is beyond numbers.
+fn finite(args: &CheckArgs, loaded: &Loaded, analysis: &Analysis) -> Result<(), Failure> {
+    if listing_bytes(analysis.node_states) <= USUAL_MEMORY.0 {
+        exact_boxes(loaded)?;
+    }
+    print(match args.format {
+        Format::Table => table(&loaded.name, analysis),
+        Format::Json => json(&Report {
+            scene: loaded.name.clone(),
+            regime: "finite",
+            nodes: analysis.nodes,
+            states: analysis.states.to_string(),
+            distinct_states: analysis.distinct_states.to_string(),
+            node_states: analysis.node_states.to_string(),
+            instances: analysis.instances.to_string(),
+            primitives: analysis.primitives.to_string(),
+            depth: analysis.depth,
+            terminates: true,
+        }),
+    })
 }
 
 /// More states than can be listed are a mistake, unless they can be bounded without a list. Where nothing is random, they
@@ -131,7 +140,8 @@ fn vast(args: &CheckArgs, loaded: &Loaded, error: &StatesError, limit: usize) ->
 
 /// A recursion that never ends is a mistake, unless it shrinks to a solid.
 fn endless(args: &CheckArgs, loaded: &Loaded, path: &[SymbolState]) -> Result<(), Failure> {
-    let exact = bounds::endless_boxes(loaded, &loaded.bounds_limits());
+    let exact = bounds::endless_boxes(loaded, &loaded.bounds_limits())
+        .and_then(|found| extent::check(loaded, &found.0).map(|()| found));
     let bounded = exact.as_ref().ok().map(|(exact, contraction)| Bounded {
         node_states: exact.counts.states,
         contraction: *contraction,

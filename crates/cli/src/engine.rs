@@ -1,6 +1,5 @@
 //! Engines made ready: boxes computed, states compiled, and what that took.
 
-use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use csg_graph::{Analysis, BigUint, Graph};
@@ -10,7 +9,7 @@ use csg_graph_trace::{Accelerated, Engine, Grid, StateBounds};
 use crate::args::{BoxesArg, EngineArg, MethodArg, Plan};
 use crate::load::Loaded;
 use crate::regime::{Limit, Regime};
-use crate::{Failure, bounds, say};
+use crate::{Failure, bounds, extent, say};
 
 /// The most boxes that the chain algorithm may compute where nobody asked for it: a second or two.
 const AFFORDABLE_CHAIN: u32 = 2_000_000;
@@ -18,12 +17,6 @@ const AFFORDABLE_CHAIN: u32 = 2_000_000;
 /// How much larger than the least ones the boxes of the fast engine and the grid may be, relative to their extent. Rays hardly notice
 /// a hundredth, and it takes a third of the time of the least ones.
 const GAP: f64 = 1e-2;
-
-/// How large a solid may be: squares of lengths have to be numbers.
-const SIZES: Range<f64> = 1e-150..1e150;
-
-/// How many times as far from the origin as it is large a solid may be, so that coordinates tell its parts apart.
-const FARTHEST: f64 = 1e13;
 
 /// An engine, ready.
 pub(crate) struct Prepared<'a> {
@@ -64,7 +57,7 @@ impl<'a> Prepared<'a> {
                     }
                     _ => {
                         let (boxes, _) = bounds::endless_boxes(loaded, &limits(loaded))?;
-                        check_extent(loaded, &boxes.root)?;
+                        extent::check(loaded, &boxes)?;
                         (StateBounds::Exact(Box::new(boxes)), 0.5, memory)
                     }
                 };
@@ -149,27 +142,14 @@ impl<'a> Prepared<'a> {
 }
 
 /// The boxes of all states, of a solid that can be seen.
-fn exact_boxes(loaded: &Loaded) -> Result<ExactBoxes<Graph>, Failure> {
+pub(crate) fn exact_boxes(loaded: &Loaded) -> Result<ExactBoxes<Graph>, Failure> {
     let boxes = bounds::exact_boxes(loaded, &limits(loaded))?;
-    check_extent(loaded, &boxes.root)?;
+    extent::check(loaded, &boxes)?;
     Ok(boxes)
 }
 
 fn limits(loaded: &Loaded) -> Limits {
     loaded.bounds_limits().with_gap(GAP)
-}
-
-/// Refuses a solid that is too large, too small, or too far away.
-fn check_extent(loaded: &Loaded, root: &Aabb) -> Result<(), Failure> {
-    let (size, place) = (root.size().max_element(), root.center().length());
-    if root.is_empty() || (SIZES.contains(&size) && place < FARTHEST * size) {
-        return Ok(());
-    }
-    let reason = format!(
-        "the solid is {size:.1e} large and {place:.1e} from the origin, which leaves too few digits to trace it; its size may be from {:.0e} to {:.0e}, and its distance {FARTHEST:.0e} times that",
-        SIZES.start, SIZES.end
-    );
-    Err(loaded.refused(reason))
 }
 
 /// What there is to say of a solid with parts too small for coordinates to tell apart, which rays would unfold.

@@ -8,6 +8,7 @@ pub mod bench;
 pub mod bounds;
 mod check;
 mod engine;
+mod extent;
 mod failure;
 mod fmt;
 mod graph;

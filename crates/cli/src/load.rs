@@ -123,7 +123,7 @@ impl Loaded {
             "it has more states than are listed, and without a list its parts may be anywhere";
         let envelopes = Envelopes::new(self.scene.graph.clone(), &self.bounds_limits());
         if let Some(state) = envelopes.leads_nowhere(LOOKED_AT) {
-            return Err(self.nowhere(&state));
+            return Err(self.failure_at(&state, Fault::Nothing));
         }
         let reason = match envelopes.of(&self.scene.graph.root_state()) {
             Ok(root) if root.aabb().is_bounded() => return Ok(envelopes),
@@ -153,7 +153,7 @@ impl Loaded {
     pub(crate) fn report_unlisted(&self) -> bool {
         match self.scene.graph.analyse(&self.limits) {
             Err(error @ (StatesError::Endless { .. } | StatesError::TooMany { .. })) => {
-                report(&self.name, &self.source, &[self.explained(&error, MAX_STATES)]);
+                report(&self.name, &self.source, &self.explained(&error, MAX_STATES));
                 true
             }
             _ => false,
@@ -172,21 +172,22 @@ impl Loaded {
             _ => false,
         };
         if is_doubtful {
-            let warning = Diagnostic { severity: Severity::Warning, ..self.explained(unlisted, option) };
-            report(&self.name, &self.source, &[warning]);
+            let mut warnings = self.explained(unlisted, option);
+            warnings.iter_mut().for_each(|doubt| doubt.severity = Severity::Warning);
+            report(&self.name, &self.source, &warnings);
         }
     }
 
     /// Reports why the states cannot be listed.
     pub(crate) fn failure(&self, error: &StatesError) -> Failure {
-        self.mistakes(&[self.explained(error, MAX_STATES)])
+        self.mistakes(&self.explained(error, MAX_STATES))
     }
 
-    /// Reports a state that leads on and on, and to nothing.
-    pub(crate) fn nowhere(&self, state: &State) -> Failure {
+    /// Reports what is wrong with the solid of a state.
+    pub(crate) fn failure_at(&self, state: &State, fault: Fault) -> Failure {
         let graph = &self.scene.graph;
         let at = Place { node: state.node(), expr: None, label: graph.node_name(state.node()) };
-        let error = EvalError { at, fault: Fault::Nothing, values: graph.live_values(state) };
+        let error = EvalError { at, fault, values: graph.live_values(state) };
         self.failure(&error.into())
     }
 
@@ -195,21 +196,23 @@ impl Loaded {
         if let StatesError::TooMany { .. } = error {
             let envelopes = Envelopes::new(self.scene.graph.clone(), &self.bounds_limits());
             if let Some(state) = envelopes.leads_nowhere(LOOKED_AT) {
-                return self.nowhere(&state);
+                return self.failure_at(&state, Fault::Nothing);
             }
         }
         let or_else = "; without a list, `pcsg check` tells the box of the whole";
-        self.mistakes(&[self.explained(error, &format!("{MAX_STATES}{or_else}"))])
+        self.mistakes(&self.explained(error, &format!("{MAX_STATES}{or_else}")))
     }
 
     /// Why the states cannot be listed. Of those that are too many, also what can be done.
-    fn explained(&self, error: &StatesError, by: &str) -> Diagnostic {
-        let mut diagnostic = self.scene.explain(error);
-        if let (StatesError::TooMany { .. }, Some(help)) = (error, &mut diagnostic.help) {
-            help.push_str(" with ");
-            help.push_str(by);
+    fn explained(&self, error: &StatesError, by: &str) -> Vec<Diagnostic> {
+        let mut diagnostics = self.scene.explain(error);
+        if let StatesError::TooMany { .. } = error {
+            for help in diagnostics.iter_mut().filter_map(|diagnostic| diagnostic.help.as_mut()) {
+                help.push_str(" with ");
+                help.push_str(by);
+            }
         }
-        diagnostic
+        diagnostics
     }
 
     /// The limits for boxes: those of the analysis, which has listed the states before.

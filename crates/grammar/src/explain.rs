@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use csg_graph::{EvalError, GraphError, Node, NodeId, Number, StatesError, SymbolState};
 
 use crate::faults::evaluation;
+use crate::lower::sort;
 use crate::names::SEED;
 use crate::number::values;
 use crate::{Diagnostic, Scene, SourceMap};
@@ -23,25 +24,32 @@ impl Scene {
         evaluation(&self.sources, error)
     }
 
-    /// Tells where and why the states cannot be listed: an evaluation fails, or the recursion does not end.
+    /// Tells where and why the states cannot be listed: evaluations fail, each told for itself in the order of the text, or the
+    /// recursion does not end.
     ///
     /// ```
     /// let scene = csg_graph_grammar::load("{ n = 3; } A\nA if(n > 0, 2, 1)\n1: A -> sphere\n2: A -> A", &[]);
     /// let scene = scene.unwrap().scene;
     /// let error = scene.graph.states(&Default::default()).unwrap_err();
     /// let told = scene.explain(&error);
-    /// assert_eq!(told.help.unwrap(), "rule 2 of `A` leads back to itself and no parameter changes; does `n` decrease?");
+    /// assert_eq!(told[0].help.as_deref().unwrap(), "rule 2 of `A` leads back to itself and no parameter changes; does `n` decrease?");
     /// ```
     ///
     /// # Panics
     /// If the error is of another graph.
-    pub fn explain(&self, error: &StatesError) -> Diagnostic {
-        match error {
-            StatesError::Eval(error) => evaluation(&self.sources, error),
+    pub fn explain(&self, error: &StatesError) -> Vec<Diagnostic> {
+        let diagnostic = match error {
+            StatesError::Eval { errors } => {
+                let mut diagnostics: Vec<_> =
+                    errors.iter().map(|error| evaluation(&self.sources, error)).collect();
+                sort(&mut diagnostics);
+                return diagnostics;
+            }
             StatesError::Endless { path } => self.endless(path),
             StatesError::TooMany { limit, path } => self.too_many(*limit, path),
             _ => Diagnostic::error(self.sources.node(self.graph.root()), error.to_string()),
-        }
+        };
+        vec![diagnostic]
     }
 
     fn endless(&self, path: &[SymbolState]) -> Diagnostic {

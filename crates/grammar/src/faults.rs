@@ -28,6 +28,11 @@ pub(crate) fn evaluation(sources: &SourceMap, error: &EvalError) -> Diagnostic {
         fault @ Fault::Bottomless => at.error(fault.to_string(), "has itself for an operand").help(
             "it is looked into until it is too small to be seen: scale it by less than 1, or end it by a rule",
         ),
+        fault @ Fault::TooLarge { .. } => at.error(fault.to_string(), "too large from here upwards").help(at.factors("below")),
+        fault @ Fault::TooSmall { .. } => at.error(fault.to_string(), "too small from here upwards").help(at.factors("above")),
+        fault @ Fault::TooFar { .. } => at
+            .error(fault.to_string(), "too far away from here upwards")
+            .help("what is so small beside its distance is a point: move it less, or make it larger"),
         fault => at.error(fault.to_string(), "no such solid"),
     }
 }
@@ -91,6 +96,19 @@ impl Evaluation<'_> {
             _ => "was something divided by zero?".to_owned(),
         };
         self.error(format!("an argument of `{}` is infinite", self.name), "infinite").help(help)
+    }
+
+    /// What to do about a size that gets out of hand, where factors should be on that side of 1.
+    fn factors(&self, side: &str) -> String {
+        let name = self.name;
+        if self.values.is_empty() {
+            format!("it is `{name}` that makes it so: has a number of it a digit or an exponent too many?")
+        } else {
+            format!(
+                "with these values `{name}` makes it so, as each level multiplies the sizes below it: is a factor {side} 1 meant, or \
+                 is the recursion to end earlier?"
+            )
+        }
     }
 
     fn singular(&self, call: &str) -> Diagnostic {

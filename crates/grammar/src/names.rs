@@ -1,6 +1,6 @@
 //! What names mean, and which known name an unknown one was probably meant to be.
 
-use csg_graph::{Function, PrimitiveKind, TransformKind};
+use csg_graph::{Function, Operator, PrimitiveKind, TransformKind};
 
 use crate::Diagnostic;
 
@@ -43,7 +43,7 @@ pub(crate) fn functions<'a>() -> impl Iterator<Item = &'a str> {
 }
 
 /// What other programs call the things of this language.
-const ELSEWHERE: [(&str, &str); 22] = [
+const ELSEWHERE: [(&str, &str); 26] = [
     ("translate", "move"),
     ("rotate", "rot"),
     ("rotatex", "rotx"),
@@ -55,6 +55,7 @@ const ELSEWHERE: [(&str, &str); 22] = [
     ("texture", "material"),
     ("box", "cube"),
     ("ball", "sphere"),
+    ("tube", "cylinder"),
     ("plane", "halfspace"),
     ("prism", "hull"),
     ("polyhedron", "hull"),
@@ -66,7 +67,40 @@ const ELSEWHERE: [(&str, &str); 22] = [
     ("perlin", "noise"),
     ("choose", "pick"),
     ("background_color", "background"),
+    ("location", "eye"),
+    ("look_at", "target"),
+    ("angle", "fov"),
 ];
+
+/// What a word means in other languages that this one writes without words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Idiom {
+    Operator(Operator),
+    Loop,
+}
+
+impl Idiom {
+    /// What a word means elsewhere.
+    pub(crate) fn of(word: &str) -> Option<Self> {
+        Some(match word {
+            "union" | "merge" | "or" => Self::Operator(Operator::Union),
+            "intersection" | "intersect" | "and" => Self::Operator(Operator::Intersection),
+            "difference" | "subtract" | "minus" => Self::Operator(Operator::Difference),
+            "for" | "while" | "repeat" | "loop" => Self::Loop,
+            _ => return None,
+        })
+    }
+
+    /// How this language writes it.
+    pub(crate) fn here(self) -> String {
+        match self {
+            Self::Operator(operator) => {
+                format!("the {} of solids is written `a {} b`", operator.name(), operator.ascii_sign())
+            }
+            Self::Loop => "there are no loops: a rule that leads back to its symbol repeats, and counts: `{n = n - 1} TREE`".to_owned(),
+        }
+    }
+}
 
 /// The candidate that `name` is most likely a slip of: the nearest in edits, if that is near. The first of equals wins.
 pub(crate) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {

@@ -182,6 +182,14 @@ pub struct SceneBlock {
     pub fields: Block,
 }
 
+/// How tightly an operator between solids binds.
+pub(crate) fn strength(operator: Operator) -> u8 {
+    match operator {
+        Operator::Union | Operator::Difference => 1,
+        Operator::Intersection => 2,
+    }
+}
+
 /// A node of an arena.
 #[derive(Clone, Debug)]
 pub(crate) struct Node<T> {

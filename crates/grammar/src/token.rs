@@ -175,6 +175,7 @@ fn strange(source: &str, span: Span) -> Diagnostic {
         _ if is_colour(source, span.start) => {
             Some("a colour is three numbers, red, green and blue, from 0 to 1: `(1, 0.5, 0)`".to_owned())
         }
+        (None, '°') => Some("angles are in degrees without a sign".to_owned()),
         (None, '#' | '/') => Some("a comment begins with `//` and ends with the line".to_owned()),
         (None, _) => None,
     };

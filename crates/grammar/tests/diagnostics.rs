@@ -116,6 +116,22 @@ fn doubts_are_no_errors() {
 }
 
 #[test]
+fn angles_made_with_pi_are_doubted() {
+    let doubts = |source: &str| {
+        let warnings = load(source, &[]).unwrap().warnings;
+        warnings
+            .iter()
+            .map(|warning| (warning.message.clone(), warning.position(source).1))
+            .collect::<Vec<_>>()
+    };
+    let doubt = |column| ("an angle is made with `pi`".to_owned(), column);
+    assert_eq!(doubts("{} rotz(-(pi / 4)) rot((0, 0, pi), 2 * pi) cube"), [doubt(11), doubt(40)]);
+    assert_eq!(doubts("{} move(cos(pi), sin(sin(pi / 2)), 0) cube"), [doubt(13), doubt(26)]);
+    // Degrees are made of radians, and areas of lengths.
+    assert_eq!(doubts("{ a = 1; } rotz(a * 180 / pi) uscale(pi * a ^ 2) cube"), []);
+}
+
+#[test]
 fn scene_blocks_are_read_with_the_initial_parameters() {
     let source = "{ n = 2; } sphere
         camera { eye = (n, -n*4, 1); fov = 30 + n }

@@ -58,7 +58,7 @@ fn the_examples_are_sound_and_survive_printing() {
         assert_eq!(lowered.warnings, [], "{example}");
         let analysis = lowered.scene.graph.analyse(&Default::default());
         analysis.unwrap_or_else(|error| {
-            panic!("{}", lowered.scene.explain(&error).render("", example, false));
+            panic!("{}", lowered.scene.explain(&error)[0].render("", example, false));
         });
         let printed = print(&parse(example).tree);
         assert!(load(&printed, &[]).is_ok(), "{printed}");

@@ -1,47 +1,75 @@
-//! The operators of expressions: how they are written, and what they give.
+//! The operators of expressions: how they are written, how tightly they bind, and what they give.
 
-/// An operator with one operand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Unary {
-    /// `-a`
-    Negate,
-    /// `!a`
-    Not,
+/// Defines an enumeration of operators, each with its sign, how tightly it binds, and its meaning.
+macro_rules! operators {
+    (
+        $(#[$attribute:meta])*
+        pub enum $Operators:ident {
+            $($Operator:ident: $symbol:literal, $strength:literal, $meaning:literal;)*
+        }
+    ) => {
+        $(#[$attribute])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[non_exhaustive]
+        pub enum $Operators {
+            $(
+                #[doc = $meaning]
+                $Operator,
+            )*
+        }
+
+        impl $Operators {
+            /// Every one of them.
+            pub const ALL: &[Self] = &[$(Self::$Operator),*];
+
+            /// The operator as it is written.
+            pub fn symbol(self) -> &'static str {
+                match self {
+                    $(Self::$Operator => $symbol,)*
+                }
+            }
+
+            /// How tightly it binds, beside all other operators: the larger, the tighter.
+            pub fn strength(self) -> u8 {
+                match self {
+                    $(Self::$Operator => $strength,)*
+                }
+            }
+
+            /// The one that is written so.
+            pub fn of_symbol(symbol: &str) -> Option<Self> {
+                Self::ALL.iter().copied().find(|operator| operator.symbol() == symbol)
+            }
+        }
+    };
 }
 
-/// An operator with two operands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Binary {
-    /// `a + b`
-    Add,
-    /// `a - b`
-    Subtract,
-    /// `a * b`
-    Multiply,
-    /// `a / b`
-    Divide,
-    /// `a % b`, the remainder with the sign of `b`: `-1 % 8` is 7.
-    Remainder,
-    /// `a ^ b`
-    Power,
-    /// `a < b`
-    Less,
-    /// `a <= b`
-    LessEqual,
-    /// `a > b`
-    Greater,
-    /// `a >= b`
-    GreaterEqual,
-    /// `a == b`
-    Equal,
-    /// `a != b`
-    NotEqual,
-    /// `a && b`
-    And,
-    /// `a || b`
-    Or,
+operators! {
+    /// An operator with one operand.
+    pub enum Unary {
+        Negate: "-", 6, "`-a`";
+        Not: "!", 6, "`!a`";
+    }
+}
+
+operators! {
+    /// An operator with two operands. Those that bind equally tightly group to the left, but for the power.
+    pub enum Binary {
+        Or: "||", 1, "`a || b`";
+        And: "&&", 2, "`a && b`";
+        Less: "<", 3, "`a < b`";
+        LessEqual: "<=", 3, "`a <= b`";
+        Greater: ">", 3, "`a > b`";
+        GreaterEqual: ">=", 3, "`a >= b`";
+        Equal: "==", 3, "`a == b`";
+        NotEqual: "!=", 3, "`a != b`";
+        Add: "+", 4, "`a + b`";
+        Subtract: "-", 4, "`a - b`";
+        Multiply: "*", 5, "`a * b`";
+        Divide: "/", 5, "`a / b`";
+        Remainder: "%", 5, "`a % b`, the remainder with the sign of `b`: `-1 % 8` is 7.";
+        Power: "^", 7, "`a ^ b`, tighter than the sign before it.";
+    }
 }
 
 impl Unary {
@@ -55,26 +83,6 @@ impl Unary {
 }
 
 impl Binary {
-    /// The operator as it is written.
-    pub fn symbol(self) -> &'static str {
-        match self {
-            Self::Add => "+",
-            Self::Subtract => "-",
-            Self::Multiply => "*",
-            Self::Divide => "/",
-            Self::Remainder => "%",
-            Self::Power => "^",
-            Self::Less => "<",
-            Self::LessEqual => "<=",
-            Self::Greater => ">",
-            Self::GreaterEqual => ">=",
-            Self::Equal => "==",
-            Self::NotEqual => "!=",
-            Self::And => "&&",
-            Self::Or => "||",
-        }
-    }
-
     #[expect(clippy::float_cmp, reason = "the language's == and != compare exactly")]
     pub(crate) fn apply(self, a: f64, b: f64) -> f64 {
         match self {

@@ -124,6 +124,30 @@ pub enum Fault {
     /// So many parts of parts lie in each other that a ray cannot come to all of them.
     #[error("more parts of parts lie in each other here than a ray can come to")]
     Crowded,
+    /// The solid reaches so far that lengths are beyond what numbers hold.
+    #[error("the solid reaches {reach:.1e} far, and may reach at most {most:.0e}")]
+    TooLarge {
+        /// Its largest coordinate.
+        reach: f64,
+        /// What that may be.
+        most: f64,
+    },
+    /// The solid is so small that lengths are beyond what numbers hold.
+    #[error("the solid is {size:.1e} large, and has to be at least {least:.0e}")]
+    TooSmall {
+        /// Its longest side.
+        size: f64,
+        /// What that has to be.
+        least: f64,
+    },
+    /// The solid is so far from the origin that coordinates do not tell its parts apart.
+    #[error("the solid is {sizes:.1e} times its size from the origin, and may be at most {most:.0e} times")]
+    TooFar {
+        /// How many times its longest side.
+        sizes: f64,
+        /// What that may be.
+        most: f64,
+    },
     /// An attribute is not in its range.
     #[error("{} is {}, and it is {}", term.name(), Number(*.value), Allowed(*.term))]
     OutOfRange {

@@ -215,7 +215,7 @@ impl Expr {
 
     /// Whether it draws, hashes or makes noise, so that nothing but its range is foreseen.
     pub fn is_erratic(&self) -> bool {
-        self.program.iter().any(|op| matches!(op, Op::Call(function, _) if !function.ranges_over(0)))
+        self.program.iter().any(|op| matches!(op, Op::Call(function, _) if function.is_erratic()))
     }
 
     /// The expression as the language writes it, with only the parentheses that it needs. The seeds and sites of random
@@ -233,8 +233,7 @@ impl Expr {
             let text = match op {
                 Op::Constant(value) => Number(*value).to_string(),
                 Op::Param(param) => param_name(*param).to_owned(),
-                Op::Unary(Unary::Negate) => format!("-{}", wrapped(0, strength)),
-                Op::Unary(Unary::Not) => format!("!{}", wrapped(0, strength)),
+                Op::Unary(operator) => format!("{}{}", operator.symbol(), wrapped(0, strength)),
                 Op::Binary(Binary::Power) => format!("{}^{}", wrapped(0, strength + 1), wrapped(1, strength)),
                 Op::Binary(operator) => {
                     format!("{} {} {}", wrapped(0, strength), operator.symbol(), wrapped(1, strength + 1))
@@ -261,25 +260,13 @@ impl Op {
         }
     }
 
-    /// How tightly it binds, as in the language: `||`, `&&`, comparisons, sums, products, signs, powers, atoms.
+    /// How tightly it binds in the language; what is no operator is never torn apart.
     fn strength(self) -> u8 {
         match self {
-            Self::Constant(value) if value < 0.0 => 6,
-            Self::Constant(_) | Self::Param(_) | Self::Call(..) => 9,
-            Self::Unary(_) => 6,
-            Self::Binary(operator) => match operator {
-                Binary::Or => 1,
-                Binary::And => 2,
-                Binary::Less
-                | Binary::LessEqual
-                | Binary::Greater
-                | Binary::GreaterEqual
-                | Binary::Equal
-                | Binary::NotEqual => 3,
-                Binary::Add | Binary::Subtract => 4,
-                Binary::Multiply | Binary::Divide | Binary::Remainder => 5,
-                Binary::Power => 7,
-            },
+            Self::Constant(value) if value < 0.0 => Unary::Negate.strength(),
+            Self::Constant(_) | Self::Param(_) | Self::Call(..) => u8::MAX,
+            Self::Unary(operator) => operator.strength(),
+            Self::Binary(operator) => operator.strength(),
         }
     }
 }

@@ -53,12 +53,14 @@ impl Function {
         matches!(self, Self::Rand | Self::Normal | Self::Pick)
     }
 
+    /// Whether nothing but the range of its value is foreseen: it is random, or hashes its arguments.
+    pub fn is_erratic(self) -> bool {
+        self.is_random() || matches!(self, Self::Hash | Self::Noise | Self::Derive)
+    }
+
     /// Whether its range depends on the argument of that index. What only feeds a hash gives any number of a range.
     pub(crate) fn ranges_over(self, index: usize) -> bool {
-        match self {
-            Self::Hash | Self::Noise | Self::Derive => false,
-            _ => !self.is_random() || index >= HIDDEN,
-        }
+        !self.is_erratic() || self.is_random() && index >= HIDDEN
     }
 
     pub(crate) fn apply(self, args: &[f64]) -> f64 {

@@ -164,6 +164,15 @@ impl Operator {
         }
     }
 
+    /// The same in ASCII.
+    pub fn ascii_sign(self) -> &'static str {
+        match self {
+            Self::Union => "|",
+            Self::Intersection => "&",
+            Self::Difference => "\\",
+        }
+    }
+
     /// The English name.
     pub fn name(self) -> &'static str {
         match self {

@@ -3,13 +3,17 @@
 //! A depth-first search with an explicit path. A state met again while it is still on the path is a recursion that
 //! never ends, since equal states unfold alike; the path from its first occurrence is the counterexample. A recursion
 //! whose parameters never repeat has no such witness, and runs into the [limit](Limits::states) instead.
+//!
+//! Where an evaluation fails, the search goes on with all other states, so that one run finds every place that fails.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use rustc_hash::FxHashMap;
 
 use crate::eval::ParamValues;
-use crate::{EvalError, Graph, Node, NodeId, State};
+use crate::node::{AttributeNode, Transformation};
+use crate::{EvalError, Graph, Node, NodeId, State, Step};
 
 /// What an analysis may use before it gives up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,9 +65,12 @@ impl StateGraph {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StatesError {
-    /// An expression has no usable value at a state that the root reaches.
-    #[error(transparent)]
-    Eval(#[from] EvalError),
+    /// Expressions have no usable values at states that the root reaches.
+    #[error("{}", errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
+    Eval {
+        /// One for each place, with the values of the first state that was found to fail there; in the order of their nodes.
+        errors: Vec<EvalError>,
+    },
     /// The recursion never ends: a state comes back to itself.
     #[error("the recursion never ends: {}", Path(.path))]
     Endless {
@@ -78,6 +85,12 @@ pub enum StatesError {
         /// The S-nodes on the way from the root to the last state, first and last few.
         path: Vec<SymbolState>,
     },
+}
+
+impl From<EvalError> for StatesError {
+    fn from(error: EvalError) -> Self {
+        Self::Eval { errors: vec![error] }
+    }
 }
 
 /// A symbol with the values of its live parameters, for messages.
@@ -121,12 +134,15 @@ struct Frame {
 }
 
 impl Frame {
-    /// The next state below has that index.
-    fn found(&mut self, index: u32) {
-        self.children[self.next] = Some(index);
+    /// The next state below has that index, or none if it is above as well.
+    fn found(&mut self, index: Option<u32>) {
+        self.children[self.next] = index;
         self.next += 1;
     }
 }
+
+/// What fails, by its place.
+type Faults = BTreeMap<(NodeId, Option<usize>), EvalError>;
 
 enum Mark {
     OnPath,
@@ -139,23 +155,31 @@ impl Graph {
     /// Takes time and memory in proportion to their number, not to the unfolded tree.
     ///
     /// # Errors
-    /// If an evaluation fails, the recursion never ends, or there are too many states.
+    /// If evaluations fail, the recursion never ends, or there are too many states; the first of these where there are more.
     pub fn states(&self, limits: &Limits) -> Result<StateGraph, StatesError> {
         let most = limits.states.min(limits.values / self.params().len().max(1));
         let mut found = StateGraph { states: Vec::new(), children: Vec::new() };
         let mut marks: FxHashMap<State, Mark> = FxHashMap::default();
+        let mut faults = Faults::new();
+        let mut unlisted = None;
         let root = self.root_state();
         marks.insert(root.clone(), Mark::OnPath);
-        let mut path = vec![self.open(root)?];
+        let mut path = vec![self.open(root, &mut faults)];
         while let Some(frame) = path.last_mut() {
             if let Some(next) = frame.pending.get_mut(frame.next).and_then(Option::take) {
                 match marks.get(&next) {
-                    Some(Mark::Done(index)) => frame.found(*index),
-                    Some(Mark::OnPath) => return Err(self.endless(&path, &next)),
-                    None if marks.len() >= most => return Err(self.too_many(&path, most)),
+                    Some(Mark::Done(index)) => frame.found(Some(*index)),
+                    Some(Mark::OnPath) => {
+                        frame.found(None);
+                        unlisted.get_or_insert_with(|| self.endless(&path, &next));
+                    }
+                    None if marks.len() >= most => {
+                        unlisted.get_or_insert_with(|| self.too_many(&path, most));
+                        break;
+                    }
                     None => {
                         marks.insert(next.clone(), Mark::OnPath);
-                        path.push(self.open(next)?);
+                        path.push(self.open(next, &mut faults));
                     }
                 }
             } else if let Some(Frame { state, children, .. }) = path.pop() {
@@ -164,16 +188,32 @@ impl Graph {
                 found.children.push(children);
                 marks.insert(state, Mark::Done(index));
                 if let Some(parent) = path.last_mut() {
-                    parent.found(index);
+                    parent.found(Some(index));
                 }
             }
         }
-        Ok(found)
+        if !faults.is_empty() {
+            return Err(StatesError::Eval { errors: faults.into_values().collect() });
+        }
+        unlisted.map_or(Ok(found), Err)
     }
 
-    fn open(&self, state: State) -> Result<Frame, EvalError> {
-        let pending = self.step(&state)?.into_states();
-        Ok(Frame { state, pending, children: [None; 2], next: 0 })
+    fn open(&self, state: State, faults: &mut Faults) -> Frame {
+        let pending = self.step(&state).map(Step::into_states).unwrap_or_else(|error| {
+            faults.entry((error.at.node, error.at.expr)).or_insert(error);
+            [self.below_fault(&state), None]
+        });
+        Frame { state, pending, children: [None; 2], next: 0 }
+    }
+
+    /// What is below a state that fails, if that is known all the same: a rule or a value is not, but what was to be
+    /// transformed or painted is.
+    fn below_fault(&self, state: &State) -> Option<State> {
+        match self.node(state.node()) {
+            Node::Transformation(Transformation { body, .. })
+            | Node::Attribute(AttributeNode { body, .. }) => Some(self.state(*body, state.env().clone())),
+            _ => None,
+        }
     }
 
     fn endless(&self, path: &[Frame], again: &State) -> StatesError {

@@ -166,9 +166,32 @@ fn evaluation_errors_name_the_place_and_the_values() {
     let both = b.union([ball, small]);
     b.rules(symbol, None, [both]);
     let error = b.finish(symbol).unwrap().analyse(&Limits::default()).unwrap_err();
-    let StatesError::Eval(error) = error else { panic!("{error}") };
+    let StatesError::Eval { errors } = error else { panic!("{error}") };
+    let [error] = &errors[..] else { panic!("{errors:?}") };
     assert_eq!((error.at.node, error.at.expr), (small, Some(0)));
     assert_eq!(error.fault, Fault::Infinite(f64::INFINITY));
     assert_eq!(error.values, [("n".to_owned(), 1.0)]);
     assert_eq!(error.to_string(), "uscale: the result is inf; was something divided by zero? where n = 1");
+}
+
+#[test]
+fn every_place_that_fails_is_named_once() {
+    let mut b = GraphBuilder::new();
+    let n = b.param("n", 4.0);
+    let symbol = b.symbol("A");
+    let ball = b.primitive(PrimitiveKind::Sphere, []);
+    // Fails where n = 1, which is below the other where that fails, and then again at each level.
+    let next = b.calculate([(n, Expr::from(n) - 1.0)], symbol);
+    let inner = b.transform(TransformKind::UScale, [Expr::from(1.0) / (Expr::from(n) - 1.0)], next);
+    // Fails where n = 2, 1, 0, …
+    let moved = movement(&mut b, [Expr::from(1.0) / Expr::from(n).gt(2.0), 0.0.into(), 0.0.into()], inner);
+    let both = b.union([ball, moved]);
+    // The recursion that never ends is not told: what decides on it may be what fails.
+    b.rules(symbol, None, [both]);
+    let mut limits = Limits::default();
+    limits.states = 1000;
+    let error = b.finish(symbol).unwrap().analyse(&limits).unwrap_err();
+    let StatesError::Eval { errors } = error else { panic!("{error}") };
+    let told: Vec<_> = errors.iter().map(|error| (error.at.node, error.at.expr, error.values[0].1)).collect();
+    assert_eq!(told, [(inner, Some(0), 1.0), (moved, Some(0), 2.0)]);
 }

@@ -1,6 +1,6 @@
 //! Running the algorithms: what each would cost is known before it is begun.
 
-use csg_graph::{Analysis, BigUint, EvalError, Graph};
+use csg_graph::{Analysis, BigUint, EvalError, Fault, Graph};
 use csg_graph_bounds::{BoundsError, ExactBoxes, HyperBoxes, Limits, chain, conventional, exact};
 
 use crate::Failure;
@@ -68,7 +68,7 @@ pub(crate) fn exact_boxes(loaded: &Loaded, limits: &Limits) -> Result<ExactBoxes
     let graph = &loaded.scene.graph;
     let boxes = exact(graph, limits).map_err(|error| failure(loaded, error))?;
     match boxes.leads_nowhere() {
-        Some(state) => Err(loaded.nowhere(state)),
+        Some(state) => Err(loaded.failure_at(state, Fault::Nothing)),
         None => Ok(boxes),
     }
 }

@@ -75,6 +75,39 @@ fn what_is_subtracted_from_itself_has_to_shrink() {
 }
 
 #[test]
+fn a_solid_beyond_numbers_is_refused_where_it_gets_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let recursion = |factor: &str| {
+        format!(
+            "{{ n = 2000; }} A\nA if(n > 0, 2, 1)\n1: A -> sphere\n2: A -> uscale({factor}) {{n = n - 1}} A"
+        )
+    };
+    let half = "A -> sphere | move(1, 0, 0) uscale(0.5) A";
+    let cases = [
+        // 2⁴⁹⁸ < 10¹⁵⁰ < 2⁴⁹⁹
+        (recursion("2"), "4:9", "the solid reaches inf far", "where n = 499"),
+        (recursion("0.5"), "4:9", "at least 1e-150", "where n = 500"),
+        ("{} move(1e14, 0, 0) cube | uscale(1e200) cube".to_owned(), "1:28", "at most 1e150", "uscale"),
+        ("{} move(1e15, 0, 0) (cube | sphere)".to_owned(), "1:4", "times its size", "too far away"),
+        (format!("{{}} uscale(1e160) A\n{half}"), "1:4", "reaches 2.0e160 far", "uscale"),
+        ("{} A\nA -> uscale(0.5) A | uscale(1e151) sphere".to_owned(), "2:22", "at most 1e150", "uscale"),
+        // Neither operand alone decides on the size of what they have in common.
+        ("{} uscale(1e160) (halfspace & cube)".to_owned(), "1:4", "reaches 1.0e160 far", "uscale"),
+    ];
+    for (source, place, message, cause) in cases {
+        fs::write(folder.path().join("vast.pcsg"), &source).unwrap();
+        for command in ["check", "render"] {
+            let (code, _, err, _) = run_in(folder.path(), &[command, "vast.pcsg"]);
+            assert_eq!(code, 1, "{source}");
+            for part in [&format!("vast.pcsg:{place}\n"), message, cause] {
+                assert!(err.contains(part), "{source}: no {part} in {err}");
+            }
+        }
+    }
+    assert_eq!(files(folder.path()), ["vast.pcsg"]);
+}
+
+#[test]
 fn a_recursion_without_an_end_that_shrinks_is_a_solid() {
     let folder = tempfile::tempdir().unwrap();
     // Spheres of radius 1, 1/2, 1/4, … that touch each other, up to a height of 3.

@@ -200,8 +200,10 @@ fn recursion_to_nothing_is_an_error() {
     }
     fs::write(folder.path().join("point.pcsg"), "{} A\nA -> uscale(0.5) A | uscale(0.4) A")
         .expect("it can be written");
-    let (code, _, err, _) = run_in(folder.path(), &["render", "point.pcsg"]);
-    assert!(code == 1 && err.contains("large and 0.0e0 from the origin"), "{err}");
+    for command in ["check", "render"] {
+        let (code, _, err, _) = run_in(folder.path(), &[command, "point.pcsg"]);
+        assert!(code == 1 && err.contains("and to no solid") && err.contains("point.pcsg:2:1"), "{err}");
+    }
     for rules in [
         // By chance, by numbers that count on and on, in what is subtracted, and past a choice by chance.
         "{} A\nA -> rotz(rand(0, 90)) uscale(0.5) A",

@@ -1,6 +1,6 @@
 //! Arguments of solids and prefixes: as many as a signature asks for, of the shape that it asks for.
 
-use csg_graph::{AttributeTerm, Expr, ParamId};
+use csg_graph::{AttributeTerm, Expr, ParamId, TransformKind};
 
 use super::Lowering;
 use super::expr::count;
@@ -98,9 +98,17 @@ impl Lowering<'_> {
             })
             .collect();
         let text = tree.text(name);
-        let help = || match shape.widths.len() {
-            0 => format!("`{signature}`: {summary}; transformations before it give it size and place"),
-            _ => format!("`{signature}`: {summary}"),
+        let help = || {
+            let slip = match shape.widths.len() {
+                0 => "; transformations before it give it size and place",
+                arity if arity > 1 && given == [arity] => "; the numbers stand in one pair of parentheses",
+                3 if given == [1] && text == TransformKind::Scale.name() => {
+                    "; one factor for all is `uscale(factor)`"
+                }
+                1 if self.is_decimal_comma(args) => "; if this is one number, write it with a point: `0.5`",
+                _ => "",
+            };
+            format!("`{signature}`: {summary}{slip}")
         };
         if !shape.takes(given.len()) {
             let message = match shape.widths.len() {
@@ -109,7 +117,8 @@ impl Lowering<'_> {
                 expected => format!("`{text}` takes {}, not {}", count(expected, "argument"), given.len()),
             };
             let span = args.last().map_or(name, |last| name.to(tree.expr_span(*last)));
-            self.diagnostics.push(Diagnostic::error(span, message).label("wrong arguments").help(help()));
+            let report = Diagnostic::error(span, message).label("wrong arguments").help(help());
+            self.diagnostics.push(report);
             return None;
         }
         for (index, (arg, width)) in args.iter().zip(&given).enumerate() {
@@ -121,7 +130,8 @@ impl Lowering<'_> {
                 };
                 let message = format!("argument {} of `{text}` is {expected}, not {width}", index + 1);
                 let report = Diagnostic::error(tree.expr_span(*arg), message);
-                self.diagnostics.push(report.label(format!("expected {expected}")).help(help()));
+                let report = report.label(format!("expected {expected}")).help(help());
+                self.diagnostics.push(report);
                 return None;
             }
         }
@@ -133,6 +143,12 @@ impl Lowering<'_> {
             })
             .collect();
         self.exprs(flat.into_iter())
+    }
+
+    /// `0,5`, which is one number in many countries.
+    fn is_decimal_comma(&self, args: &[ExprId]) -> bool {
+        let is_number = |arg: &ExprId| matches!(self.tree.expr(*arg), syntax::Expr::Number(_));
+        args.len() == 2 && args.iter().all(is_number)
     }
 }
 

@@ -179,9 +179,7 @@ impl Lowering<'_> {
 /// and nothing sets it.
 fn is_hidden(tree: &SyntaxTree) -> bool {
     let calls_chance = tree.exprs.iter().any(|node| match &node.value {
-        Expr::Call { name, .. } => Function::named(tree.text(*name)).is_some_and(|function| {
-            function.is_random() || matches!(function, Function::Hash | Function::Noise | Function::Derive)
-        }),
+        Expr::Call { name, .. } => Function::named(tree.text(*name)).is_some_and(Function::is_erratic),
         _ => false,
     });
     let sets = |assignments: &[Assignment]| assignments.iter().any(|set| tree.text(set.name) == SEED);

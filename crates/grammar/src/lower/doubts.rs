@@ -2,11 +2,13 @@
 
 use std::collections::BTreeSet;
 
+use csg_graph::{Binary, Function};
+
 use super::Lowering;
 use super::definitions::{Defined, Definitions};
 use crate::Diagnostic;
-use crate::names::guess;
-use crate::syntax::{PrefixKind, Term, TermId};
+use crate::names::{PI, guess};
+use crate::syntax::{Expr, ExprId, Prefix, PrefixKind, Term, TermId};
 
 impl Lowering<'_> {
     /// Doubts about symbols and macros that the axiom does not lead to.
@@ -39,6 +41,40 @@ impl Lowering<'_> {
             if !name.starts_with('_') {
                 let message = format!("the axiom does not lead to `{name}`");
                 self.diagnostics.push(Diagnostic::warning(span, message).label("never used"));
+            }
+        }
+    }
+
+    /// Doubts about angles that are made with `pi`, as if they were in radians. What is divided by it may be one that is turned
+    /// into degrees.
+    pub(super) fn angles_in_radians(&mut self) {
+        let tree = self.tree;
+        let of_prefix = |prefix: &Prefix| match &prefix.kind {
+            PrefixKind::Transform(kind, args) => angle(kind.signature(), args),
+            _ => None,
+        };
+        let turned = tree.terms.iter().filter_map(|node| match &node.value {
+            Term::Prefixed { prefix, .. } => of_prefix(prefix),
+            _ => None,
+        });
+        let called = tree.exprs.iter().filter_map(|node| match &node.value {
+            Expr::Call { name, args } => angle(Function::named(tree.text(*name))?.signature(), args),
+            _ => None,
+        });
+        let mut pending: Vec<ExprId> = turned.chain(called).collect();
+        while let Some(id) = pending.pop() {
+            match tree.expr(id) {
+                Expr::Name if tree.text(tree.expr_span(id)) == PI => self.diagnostics.push(
+                    Diagnostic::warning(tree.expr_span(id), "an angle is made with `pi`")
+                        .label("3.14159 degrees")
+                        .help("angles are in degrees, also those of functions: half a turn is 180"),
+                ),
+                Expr::Unary(_, a) | Expr::Parenthesised(a) | Expr::Binary(Binary::Divide, a, _) => {
+                    pending.push(*a)
+                }
+                Expr::Binary(_, a, b) => pending.extend([*a, *b]),
+                // What a function makes of a number is no longer that number.
+                _ => {}
             }
         }
     }
@@ -77,4 +113,9 @@ impl Lowering<'_> {
             );
         }
     }
+}
+
+/// The argument that a signature calls an angle, which is the last.
+fn angle(signature: &str, args: &[ExprId]) -> Option<ExprId> {
+    args.last().copied().filter(|_| signature.ends_with("angle)"))
 }

@@ -112,7 +112,7 @@ pub fn lower(tree: &SyntaxTree, overrides: &[Override]) -> Result<Lowered, Vec<D
 }
 
 /// Diagnostics about the file in its order, then those about values from outside.
-fn sort(diagnostics: &mut [Diagnostic]) {
+pub(crate) fn sort(diagnostics: &mut [Diagnostic]) {
     diagnostics.sort_by_key(|diagnostic| (diagnostic.excerpt.is_some(), diagnostic.primary.span.start));
 }
 

@@ -60,6 +60,7 @@ impl Lowering<'_> {
         if self.is_sound() {
             self.unused_solids(axiom, definitions);
             self.unused_parameters();
+            self.angles_in_radians();
         }
         root
     }

@@ -67,7 +67,8 @@ impl Parser<'_> {
                 Some(self.previous().after())
             }
             _ => {
-                self.report(self.expected("`;` or `}`").help_if(self.missing_product()));
+                let report = self.expected("`;` or `}`");
+                self.report(report.help_if(self.missing_product()).help_if(self.missing_call()));
                 self.skip_assignment();
                 None
             }
@@ -99,8 +100,12 @@ impl Parser<'_> {
             Kind::Name => {
                 let name = self.text();
                 let found = follows.describe(self.text_at(self.at + 1));
+                // `n -= 1` or `n--`
+                let counts = matches!(follows, Kind::Plus | Kind::Minus | Kind::Star | Kind::Slash);
+                let sign = self.text_at(self.at + 1);
                 Diagnostic::error(self.span(), format!("expected `=` after `{name}`, found {found}"))
                     .label("expected an assignment")
+                    .help_if(counts.then(|| format!("write `{name} = {name} {sign} …`")))
             }
             _ => self.expected("an assignment or `}`"),
         };

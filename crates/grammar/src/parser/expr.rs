@@ -3,15 +3,12 @@
 //! From the loosest: `||`; `&&`; comparisons; `+ -`; `* / %`; the signs `-` and `!`; `^`, which groups to the right and
 //! binds tighter than a sign on its left: −2^2 is −4.
 
-use csg_graph::{Binary, Unary};
+use csg_graph::{Binary, Function, Unary};
 
 use super::Parser;
 use crate::syntax::{Expr, ExprId};
 use crate::token::Kind;
 use crate::{Diagnostic, Span};
-
-/// How tightly the signs bind.
-const SIGN: u8 = 6;
 
 /// What waits for the operand that is being parsed.
 enum Open {
@@ -19,37 +16,6 @@ enum Open {
     Binary(Binary, ExprId),
     Group { open: Span, items: Vec<ExprId> },
     Call { name: Span, open: Span, args: Vec<ExprId> },
-}
-
-fn binary(kind: Kind) -> Option<(Binary, u8)> {
-    Some(match kind {
-        Kind::Or => (Binary::Or, 1),
-        Kind::And => (Binary::And, 2),
-        Kind::Less => (Binary::Less, 3),
-        Kind::LessEqual => (Binary::LessEqual, 3),
-        Kind::Greater => (Binary::Greater, 3),
-        Kind::GreaterEqual => (Binary::GreaterEqual, 3),
-        Kind::Equal => (Binary::Equal, 3),
-        Kind::NotEqual => (Binary::NotEqual, 3),
-        Kind::Plus => (Binary::Add, 4),
-        Kind::Minus => (Binary::Subtract, 4),
-        Kind::Star => (Binary::Multiply, 5),
-        Kind::Slash => (Binary::Divide, 5),
-        Kind::Percent => (Binary::Remainder, 5),
-        Kind::Caret => (Binary::Power, 7),
-        _ => return None,
-    })
-}
-
-fn strength(operator: Binary) -> u8 {
-    match operator {
-        Binary::Or => 1,
-        Binary::And => 2,
-        Binary::Add | Binary::Subtract => 4,
-        Binary::Multiply | Binary::Divide | Binary::Remainder => 5,
-        Binary::Power => 7,
-        _ => 3,
-    }
 }
 
 /// Whether a parenthesis is open.
@@ -61,6 +27,11 @@ impl Parser<'_> {
     /// Whether an expression can begin with the current token.
     pub(super) fn begins_expr(kind: Kind) -> bool {
         matches!(kind, Kind::Name | Kind::Number | Kind::OpenParen | Kind::Minus | Kind::Not)
+    }
+
+    /// The operator between operands that the current token is.
+    fn binary(&self) -> Option<Binary> {
+        Binary::of_symbol(self.text())
     }
 
     pub(super) fn expr(&mut self) -> ExprId {
@@ -103,9 +74,9 @@ impl Parser<'_> {
                 None
             }
             Kind::Minus | Kind::Not => {
-                let operator = if self.kind() == Kind::Minus { Unary::Negate } else { Unary::Not };
+                let operator = Unary::of_symbol(self.text());
                 let span = self.advance();
-                stack.push(Open::Unary(operator, span));
+                stack.extend(operator.map(|operator| Open::Unary(operator, span)));
                 None
             }
             kind => {
@@ -114,7 +85,7 @@ impl Parser<'_> {
                 let help = power.then(|| "a power is written `a ^ b`".to_owned());
                 self.report(self.expected("an expression").help_if(help));
                 // A doubled operator is skipped; anything else may be what the surroundings wait for.
-                if binary(kind).is_some() {
+                if self.binary().is_some() {
                     self.advance();
                     if Self::begins_expr(self.kind()) {
                         return None;
@@ -128,8 +99,9 @@ impl Parser<'_> {
     /// After an operand: `None` if another one is expected now, else the whole expression.
     fn after_operand(&mut self, stack: &mut Vec<Open>, mut operand: ExprId) -> Option<ExprId> {
         loop {
-            if let Some((operator, strength)) = binary(self.kind()) {
-                let least = if operator == Binary::Power { strength + 1 } else { strength };
+            if let Some(operator) = self.binary() {
+                // Only powers group to the right.
+                let least = operator.strength() + u8::from(operator == Binary::Power);
                 let left = self.reduce(stack, operand, least);
                 self.advance();
                 stack.push(Open::Binary(operator, left));
@@ -140,7 +112,7 @@ impl Parser<'_> {
                     self.report(
                         self.expected("an operator").help("`=` assigns; to compare two values, write `==`"),
                     );
-                    operand = self.reduce(stack, operand, strength(Binary::Equal));
+                    operand = self.reduce(stack, operand, Binary::Equal.strength());
                     self.advance();
                     stack.push(Open::Binary(Binary::Equal, operand));
                     return None;
@@ -153,7 +125,7 @@ impl Parser<'_> {
                     let help =
                         format!("`{}` joins solids; conditions are joined with `{logical}`", self.text());
                     self.report(self.expected("an operator between numbers").help(help));
-                    operand = self.reduce(stack, operand, strength(operator));
+                    operand = self.reduce(stack, operand, operator.strength());
                     self.advance();
                     stack.push(Open::Binary(operator, operand));
                     return None;
@@ -216,11 +188,11 @@ impl Parser<'_> {
     fn reduce(&mut self, stack: &mut Vec<Open>, mut operand: ExprId, least: u8) -> ExprId {
         loop {
             operand = match stack.last() {
-                Some(Open::Unary(operator, sign)) if least <= SIGN => {
+                Some(Open::Unary(operator, sign)) if least <= operator.strength() => {
                     let span = sign.to(self.tree.expr_span(operand));
                     self.tree.push_expr(Expr::Unary(*operator, operand), span)
                 }
-                Some(Open::Binary(operator, left)) if least <= strength(*operator) => {
+                Some(Open::Binary(operator, left)) if least <= operator.strength() => {
                     let span = self.tree.expr_span(*left).to(self.tree.expr_span(operand));
                     self.warn_of_chain(*operator, *left, span);
                     self.tree.push_expr(Expr::Binary(*operator, *left, operand), span)
@@ -233,7 +205,7 @@ impl Parser<'_> {
 
     /// `0 < x < 1` compares the truth of `0 < x`, which is 0 or 1, with 1.
     fn warn_of_chain(&mut self, operator: Binary, left: ExprId, span: Span) {
-        let compares = |operator| strength(operator) == strength(Binary::Less);
+        let compares = |operator: Binary| operator.strength() == Binary::Less.strength();
         let chained = matches!(self.tree.expr(left), Expr::Binary(first, ..) if compares(*first));
         if chained && compares(operator) {
             self.diagnostics.push(
@@ -264,15 +236,19 @@ impl Parser<'_> {
             Kind::Name | Kind::Number if !self.begins_item(self.at) && !self.begins_solid(self.at) => self
                 .expected("`,` or `)`")
                 .also(open, "in the parentheses that begin here")
-                .help_if(self.missing_product()),
+                .help_if(self.missing_product())
+                .help_if(self.missing_call()),
             Kind::Semicolon | Kind::End | Kind::CloseBrace | Kind::OpenBrace | Kind::Name | Kind::Number => {
                 self.unclosed(open, "`)`")
             }
             _ => self.expected("`,` or `)`").also(open, "in the parentheses that begin here"),
         };
-        if self.kind() == Kind::Colon {
-            report = report.help("arguments are separated by commas");
-        }
+        report = match self.kind() {
+            Kind::Colon => report.help("arguments are separated by commas"),
+            Kind::Assign => report
+                .help("arguments have no names, but those of `material`; parameters are set before a solid: `{n = 3} TREE`"),
+            _ => report,
+        };
         self.report(report);
         // What follows on the line up to the closing parenthesis is part of the mistake.
         let mut ahead = self.at;
@@ -298,7 +274,14 @@ impl Parser<'_> {
         self.previous()
     }
 
-    /// `2 cnt`, as mathematicians write it.
+    /// `sin 30`, as mathematicians write it.
+    pub(super) fn missing_call(&self) -> Option<String> {
+        let function = Function::named(self.text_at(self.at.checked_sub(1)?))?;
+        let is_operand = matches!(self.kind(), Kind::Name | Kind::Number);
+        is_operand.then(|| format!("`{}` is a function: write `{}`", function.name(), function.signature()))
+    }
+
+    /// `2 cnt`, as they do, too.
     pub(super) fn missing_product(&self) -> Option<String> {
         let number = self.at > 0 && self.kind_at(self.at - 1) == Kind::Number;
         (number && self.kind() == Kind::Name)

@@ -90,9 +90,12 @@ impl Parser<'_> {
         match self.kind_at(at) {
             Kind::Number => next == Kind::Colon || next == Kind::Name && after_next == Kind::Arrow,
             Kind::Name if matches!(next, Kind::Arrow | Kind::Assign) => true,
+            Kind::Name if next == Kind::OpenParen && self.token_at(at).begins_line => {
+                self.begins_block_in_parentheses(at) || self.arrow_after_parameters(at).is_some()
+            }
             Kind::Name if next == Kind::OpenBrace => {
                 let name = self.text_at(at);
-                let unknown = !self.is_defined(name) && !names::is_built_in(name);
+                let unknown = !self.is_defined(name) && !names::is_built_in(name) && self.idiom(at).is_none();
                 BLOCKS.contains(&name) || unknown && self.token_at(at).begins_line
             }
             // `NAME if(…)` is a header, even if all rules of the symbol are misspelt.
@@ -103,6 +106,23 @@ impl Parser<'_> {
             }
             _ => false,
         }
+    }
+
+    /// `camera(` in place of `camera {`.
+    fn begins_block_in_parentheses(&self, at: usize) -> bool {
+        let name = self.text_at(at);
+        self.kind_at(at + 1) == Kind::OpenParen && BLOCKS.contains(&name) && !self.is_defined(name)
+    }
+
+    /// Where the arrow of `TREE(n, size) -> …` is, from the name of the symbol.
+    pub(super) fn arrow_after_parameters(&self, at: usize) -> Option<usize> {
+        if self.kind_at(at + 1) != Kind::OpenParen {
+            return None;
+        }
+        let close =
+            (at + 2..self.tokens.len()).find(|at| !matches!(self.kind_at(*at), Kind::Name | Kind::Comma))?;
+        let is_rule = self.kind_at(close) == Kind::CloseParen && self.kind_at(close + 1) == Kind::Arrow;
+        is_rule.then_some(close + 1)
     }
 
     /// Whether a name is the header of a symbol, and not a solid that lacks its operator. A header begins a line; without
@@ -139,7 +159,10 @@ impl Parser<'_> {
                 let body = self.term();
                 self.tree.items.push(Item::Macro(Macro { name, body }));
             }
-            Kind::Name if next == Kind::OpenBrace => self.scene_block(),
+            Kind::Name if next == Kind::OpenBrace || self.begins_block_in_parentheses(self.at) => {
+                self.scene_block();
+            }
+            Kind::Name if self.arrow_after_parameters(self.at).is_some() => self.rule(None),
             Kind::Name => self.header(),
             Kind::OpenBrace => {
                 self.report(
@@ -164,8 +187,9 @@ impl Parser<'_> {
         let bare = self.begins_item(self.at) || !Self::begins_expr(self.kind());
         let selection = if bare { None } else { Some(self.expr()) };
         self.tree.items.push(Item::Header(Header { name, selection }));
-        if self.kind() != Kind::End && !self.begins_item(self.at) && self.kind() != Kind::Name {
-            self.report(self.expected("a rule").help_if(self.misplaced_arrow()));
+        let may_be_header = self.kind() == Kind::Name && self.token().begins_line;
+        if self.kind() != Kind::End && !self.begins_item(self.at) && !may_be_header {
+            self.report(self.expected("a rule").help_if(self.misplaced_arrow()).help_if(self.missing_call()));
             self.skip_to_item();
         }
     }
@@ -188,7 +212,17 @@ impl Parser<'_> {
     }
 
     fn rule(&mut self, number: Option<Span>) {
+        let arrow = self.arrow_after_parameters(self.at);
         let symbol = self.advance();
+        if let Some(arrow) = arrow {
+            self.report(
+                Diagnostic::error(self.span(), "a symbol has no parameters of its own").label("not here").help(
+                    "parameters get their first values between the first braces of the file, and others before a symbol: \
+                     `{n = n - 1} TREE`",
+                ),
+            );
+            self.at = arrow;
+        }
         if self.eat(Kind::Arrow).is_none() {
             self.report(self.expected("`->`").help("a rule is written `1: NAME -> term`"));
             // `=`, `=>` or `:` in its place.
@@ -214,6 +248,12 @@ impl Parser<'_> {
             self.report(report);
         }
         self.advance();
+        if self.kind() != Kind::OpenBrace {
+            let help = format!("the fields of a block are between braces: `{text} {{ … }}`");
+            self.report(self.expected("`{`").help(help));
+            self.skip_enclosed(Kind::OpenParen, Kind::CloseParen);
+            return;
+        }
         let fields = self.block();
         self.tree.items.push(Item::Scene(SceneBlock { name, fields }));
     }

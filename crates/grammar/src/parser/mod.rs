@@ -103,17 +103,25 @@ impl<'s> Parser<'s> {
     /// What the file defines, so that the parser can tell the header of a symbol from a solid whose operator is missing,
     /// and a misspelt transformation from a misspelt solid.
     fn find_definitions(&mut self) {
-        let mut open_braces = 0_u32;
+        let (mut open_braces, mut open_parentheses) = (0_u32, 0_u32);
         for at in 0..self.tokens.len() {
             match self.kind_at(at) {
                 Kind::OpenBrace => open_braces += 1,
                 Kind::CloseBrace => open_braces = open_braces.saturating_sub(1),
-                // Only rules have arrows: a brace that is still open here was forgotten.
-                Kind::Arrow => open_braces = 0,
-                Kind::Name if self.kind_at(at + 1) == Kind::Arrow => {
+                Kind::OpenParen => open_parentheses += 1,
+                Kind::CloseParen => open_parentheses = open_parentheses.saturating_sub(1),
+                // Only rules have arrows: what is still open here was never closed.
+                Kind::Arrow => (open_braces, open_parentheses) = (0, 0),
+                Kind::Name
+                    if self.kind_at(at + 1) == Kind::Arrow || self.arrow_after_parameters(at).is_some() =>
+                {
                     self.symbols.insert(self.text_at(at));
                 }
-                Kind::Name if self.kind_at(at + 1) == Kind::Assign && open_braces == 0 => {
+                Kind::Name
+                    if self.kind_at(at + 1) == Kind::Assign
+                        && open_braces == 0
+                        && (open_parentheses == 0 || self.token_at(at).begins_line) =>
+                {
                     self.macros.insert(self.text_at(at));
                 }
                 _ => {}

@@ -32,7 +32,12 @@ impl<'s> Parser<'s> {
         let mut args = Vec::new();
         let Some(open) = (self.kind() == Kind::OpenParen && self.is_args()).then(|| self.advance()) else {
             if self.kind() == Kind::Number && names::is_prefix(self.text_at(self.at - 1)) {
-                let help = format!("write `{}({})`", self.text_at(self.at - 1), self.text());
+                let name = self.text_at(self.at - 1);
+                let help = match TransformKind::named(name) {
+                    Some(kind) if kind.arity() == 1 => format!("write `{name}({})`", self.text()),
+                    Some(kind) => format!("write `{}`", kind.signature()),
+                    None => format!("write `{}`", names::COLOR_SIGNATURE),
+                };
                 self.report(self.expected("`(`").help(help));
                 self.expr();
                 args.push(self.tree.push_expr(Expr::Missing, self.previous().after()));

@@ -6,8 +6,8 @@
 use csg_graph::Operator;
 
 use super::Parser;
-use crate::names;
-use crate::syntax::{Prefix, PrefixKind, Term, TermId};
+use crate::names::{self, Idiom};
+use crate::syntax::{Prefix, PrefixKind, Term, TermId, strength};
 use crate::token::Kind;
 use crate::{Diagnostic, Span};
 
@@ -18,30 +18,11 @@ enum Open {
     Left(Operator, TermId),
 }
 
-fn strength(operator: Operator) -> u8 {
-    match operator {
-        Operator::Union | Operator::Difference => 1,
-        Operator::Intersection => 2,
-    }
-}
-
 fn operator(kind: Kind) -> Option<Operator> {
     match kind {
         Kind::Union => Some(Operator::Union),
         Kind::Intersection => Some(Operator::Intersection),
         Kind::Difference | Kind::Minus => Some(Operator::Difference),
-        _ => None,
-    }
-}
-
-/// What was meant by an operator between solids that joins numbers.
-fn meant(kind: Kind) -> Option<(Operator, &'static str)> {
-    match kind {
-        Kind::Or | Kind::Plus => Some((Operator::Union, "the union of solids is written `|` or `∪`")),
-        Kind::And | Kind::Star | Kind::Caret => {
-            Some((Operator::Intersection, "the intersection of solids is written `&` or `∩`"))
-        }
-        Kind::Slash => Some((Operator::Difference, "the difference of solids is written `\\` or `-`")),
         _ => None,
     }
 }
@@ -67,6 +48,94 @@ impl Parser<'_> {
         self.kind_at(at) == Kind::Name && (names::is_built_in(name) || self.is_defined(name))
     }
 
+    /// What was meant by something between solids that joins numbers, or solids elsewhere.
+    fn meant(&self) -> Option<Operator> {
+        match self.kind() {
+            Kind::Or | Kind::Plus => Some(Operator::Union),
+            Kind::And | Kind::Star | Kind::Caret => Some(Operator::Intersection),
+            Kind::Slash => Some(Operator::Difference),
+            Kind::Comma if matches!(self.kind_at(self.at + 1), Kind::Name | Kind::OpenParen) => {
+                Some(Operator::Union)
+            }
+            Kind::Name => match self.idiom(self.at) {
+                Some(Idiom::Operator(operator)) => Some(operator),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// What the word at a token means elsewhere, if it means nothing here.
+    pub(super) fn idiom(&self, at: usize) -> Option<Idiom> {
+        let name = self.text_at(at);
+        (self.kind_at(at) == Kind::Name && !self.is_defined(name)).then(|| Idiom::of(name)).flatten()
+    }
+
+    /// Whether `union { … }`, `difference() { … }` or `for (…)` begins here.
+    fn begins_foreign_construct(&self) -> bool {
+        self.idiom(self.at).is_some()
+            && matches!(self.kind_at(self.at + 1), Kind::OpenParen | Kind::OpenBrace)
+    }
+
+    /// Goes past the word that begins it, and parentheses that hold no solids.
+    fn foreign_construct(&mut self) {
+        let idiom = self.idiom(self.at);
+        self.report(self.expected("a solid").help_if(idiom.map(Idiom::here)));
+        self.advance();
+        let is_empty = self.kind_at(self.at + 1) == Kind::CloseParen;
+        if self.kind() == Kind::OpenParen && (is_empty || idiom == Some(Idiom::Loop)) {
+            self.skip_enclosed(Kind::OpenParen, Kind::CloseParen);
+        }
+    }
+
+    /// Whether the brace here encloses something else than assignments, right or wrong.
+    fn begins_foreign_block(&self) -> bool {
+        let [first, second] = [1, 2].map(|ahead| self.kind_at(self.at + ahead));
+        let is_assignment = match first {
+            Kind::Name => matches!(
+                second,
+                Kind::Assign
+                    | Kind::Equal
+                    | Kind::Colon
+                    | Kind::Plus
+                    | Kind::Minus
+                    | Kind::Star
+                    | Kind::Slash
+            ),
+            Kind::Semicolon | Kind::CloseBrace | Kind::End => true,
+            _ => false,
+        };
+        self.kind() == Kind::OpenBrace && !is_assignment
+    }
+
+    /// Goes past a block that holds no assignments.
+    fn foreign_block(&mut self) {
+        let report =
+            Diagnostic::error(self.span(), "a block without assignments").label("no `name = value` here");
+        self.report(report.help(
+            "braces hold assignments, as in `{n = n - 1} TREE`; parentheses group solids, and what changes a solid stands \
+             before it: `move(0, 0, 1) uscale(2) sphere`",
+        ));
+        self.skip_enclosed(Kind::OpenBrace, Kind::CloseBrace);
+    }
+
+    /// From something that opens to behind what closes it, or to the next rule: then it was never closed.
+    pub(super) fn skip_enclosed(&mut self, open: Kind, close: Kind) {
+        let mut depth = 0_u32;
+        loop {
+            match (self.kind(), self.kind_at(self.at + 1)) {
+                (Kind::End, _) | (Kind::Name, Kind::Arrow) | (Kind::Number, Kind::Colon) => return,
+                (kind, _) if kind == open => depth += 1,
+                (kind, _) if kind == close => depth -= 1,
+                _ => {}
+            }
+            self.advance();
+            if depth == 0 {
+                return;
+            }
+        }
+    }
+
     /// Whether the brace here opens a block of parameters that has no solid after it, and so no place in a term.
     fn is_lost_block(&self) -> bool {
         if self.kind() != Kind::OpenBrace || !self.token().begins_line {
@@ -81,14 +150,18 @@ impl Parser<'_> {
         let last_word = &self.source[before.range()];
         let last_word = last_word.rsplit(|c: char| c.is_whitespace()).next().unwrap_or_default();
         let message = format!("an operator is missing between `{last_word}` and {}", self.found());
-        let mut report =
-            Diagnostic::error(self.span(), message).label("expected `|`, `&` or `\\` before this");
-        if self.begins_header_text() {
-            report = report.help("if this is the header of a symbol, put it on a line of its own");
+        let idiom = self.idiom(self.at).unwrap_or(Idiom::Operator(Operator::Union)).here();
+        let help = if self.begins_header_text() {
+            "if this is the header of a symbol, put it on a line of its own".to_owned()
+        } else if self.kind() == Kind::OpenBrace {
+            format!("{idiom}; a calculation stands before its solid: `{{n = n - 1}} TREE`")
+        } else if names::is_prefix(self.text()) {
+            format!("{idiom}; what changes a solid stands before it: `move(0, 0, 1) sphere`")
         } else {
-            report = report.help("a union of solids is written `a | b`");
-        }
-        self.report(report);
+            idiom
+        };
+        let report = Diagnostic::error(self.span(), message).label("expected `|`, `&` or `\\` before this");
+        self.report(report.help(help));
     }
 
     /// Something that has no place in a term.
@@ -138,12 +211,21 @@ impl TermMachine<'_, '_> {
                 self.groups += 1;
                 None
             }
+            Kind::OpenBrace if self.parser.begins_foreign_block() => {
+                let place = self.parser.span();
+                self.parser.foreign_block();
+                Some(self.parser.tree.push_term(Term::Missing, place))
+            }
             Kind::OpenBrace => {
                 let block = self.parser.block();
                 self.stack.push(Open::Prefix(Prefix {
                     kind: PrefixKind::Calculation(block.assignments),
                     span: block.span,
                 }));
+                None
+            }
+            Kind::Name if self.parser.begins_foreign_construct() => {
+                self.parser.foreign_construct();
                 None
             }
             Kind::Name if !self.parser.surely_begins_item(self.parser.at) => {
@@ -199,11 +281,16 @@ impl TermMachine<'_, '_> {
             {
                 break;
             }
-            if let Some((operator, help)) = meant(self.parser.kind()) {
+            if let Some(operator) = self.parser.meant() {
+                let help = Idiom::Operator(operator).here();
                 self.parser.report(self.parser.expected("an operator between solids").help(help));
                 self.parser.advance();
                 self.open_operator(operator, term);
                 return None;
+            }
+            if self.parser.begins_foreign_block() {
+                self.parser.foreign_block();
+                continue;
             }
             if self.parser.begins_factor() {
                 self.parser.report_missing_operator(term);

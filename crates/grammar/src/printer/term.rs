@@ -2,11 +2,11 @@
 
 use std::borrow::Cow;
 
-use csg_graph::{Binary, Operator, Unary};
+use csg_graph::{Binary, Operator};
 
 use super::{Printer, WIDTH};
 use crate::names;
-use crate::syntax::{Assignment, Expr, ExprId, Prefix, PrefixKind, Term, TermId};
+use crate::syntax::{Assignment, Expr, ExprId, Prefix, PrefixKind, Term, TermId, strength};
 
 /// Something to print.
 pub(super) enum Job {
@@ -96,8 +96,7 @@ impl Printer<'_> {
 
     /// Operands of one level of operators, side by side or below each other.
     fn chain(&mut self, id: TermId, operator: Operator, hangs: bool, jobs: &mut Vec<Job>) {
-        let same_level =
-            |other: Operator| (other == Operator::Intersection) == (operator == Operator::Intersection);
+        let same_level = |other: Operator| strength(other) == strength(operator);
         let mut rest = Vec::new();
         let mut first = id;
         while let Term::Operator { operator, left, right } = self.tree.term(first)
@@ -129,13 +128,7 @@ impl Printer<'_> {
     }
 
     fn sign(&self, operator: Operator) -> &'static str {
-        match operator {
-            Operator::Union if self.tree.is_unicode() => "∪",
-            Operator::Union => "|",
-            Operator::Intersection if self.tree.is_unicode() => "∩",
-            Operator::Intersection => "&",
-            Operator::Difference => "\\",
-        }
+        if self.tree.is_unicode() { operator.sign() } else { operator.ascii_sign() }
     }
 
     /// Prefixes and their factor, in as few lines as they need.
@@ -243,15 +236,11 @@ impl Printer<'_> {
                 jobs.push(Job::Token(self.owned(self.tree.text(span)), span.start));
             }
             Expr::Unary(operator, a) => {
-                let sign = match operator {
-                    Unary::Not => "!",
-                    _ => "-",
-                };
-                jobs.push(Job::Token(Cow::Borrowed(sign), span.start));
+                jobs.push(Job::Token(Cow::Borrowed(operator.symbol()), span.start));
                 jobs.push(Job::Expr(*a));
             }
             Expr::Binary(Binary::Power, a, b) => {
-                jobs.extend([Job::Expr(*a), word("^"), Job::Expr(*b)]);
+                jobs.extend([Job::Expr(*a), word(Binary::Power.symbol()), Job::Expr(*b)]);
             }
             Expr::Binary(operator, a, b) => {
                 let width = operator.symbol().len() + 1 + self.widths.expr(*b);

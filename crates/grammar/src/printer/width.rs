@@ -1,6 +1,9 @@
 //! How wide each part of a tree is on a single line. A part with a comment inside fits no line.
 
+use csg_graph::Binary;
+
 use crate::Span;
+use crate::names;
 use crate::syntax::{Assignment, Block, Expr, ExprId, Prefix, PrefixKind, SyntaxTree, Term, TermId};
 
 /// Wider than any line. No width exceeds it, so that a few can be added.
@@ -53,8 +56,8 @@ impl Widths {
         let own = match &prefix.kind {
             PrefixKind::Transform(kind, args) if args.is_empty() => kind.name().len(),
             PrefixKind::Transform(kind, args) => kind.name().len() + self.list(args),
-            PrefixKind::Color(args) => "color".len() + self.list(args),
-            PrefixKind::Material(args) => "material".len() + self.named(tree, args),
+            PrefixKind::Color(args) => names::COLOR.len() + self.list(args),
+            PrefixKind::Material(args) => names::MATERIAL.len() + self.named(tree, args),
             PrefixKind::Calculation(assignments) => self.named(tree, assignments),
         };
         self.unless_commented(own, prefix.span)
@@ -74,7 +77,7 @@ impl Widths {
             Expr::Number(_) | Expr::Name => chars(tree, span),
             Expr::Unary(_, a) => 1 + self.expr(*a),
             Expr::Binary(operator, a, b) => {
-                let spaces = if operator.symbol() == "^" { 0 } else { 2 };
+                let spaces = if *operator == Binary::Power { 0 } else { 2 };
                 self.expr(*a).saturating_add(self.expr(*b)) + operator.symbol().len() + spaces
             }
             Expr::Call { name, args } => chars(tree, *name) + self.list(args),

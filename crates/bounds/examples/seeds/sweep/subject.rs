@@ -77,7 +77,7 @@ impl Subject {
         loop {
             match reduced.graph(0)?.states(&limits) {
                 Ok(_) => return Ok(Some(reduced)),
-                Err(StatesError::Eval(error)) => return Err(format!("{}: {error}", self.name).into()),
+                Err(error @ StatesError::Eval { .. }) => return Err(format!("{}: {error}", self.name).into()),
                 Err(_) => {}
             }
             let largest = reduced.counters.iter_mut().max_by(|a, b| a.1.total_cmp(&b.1));
