@@ -201,6 +201,26 @@ proptest! {
     }
 }
 
+/// A hundred times turned by chance: errors add up, and are not enlarged each time.
+#[test]
+fn a_closer_look_goes_deep() {
+    let mut c = Chance::new(7);
+    let n = c.b.param("n", 100.0);
+    let symbol = c.b.symbol("X");
+    let base = c.b.primitive(PrimitiveKind::Torus, [Expr::from(0.25)]);
+    let next = c.refer(symbol, [(n, Expr::from(n) - 1.0)]);
+    let turned = [TransformKind::RotX, TransformKind::RotY].into_iter().fold(next, |below, axis| {
+        let angle = c.rand(0.0, 360.0);
+        c.b.transform(axis, [angle], below)
+    });
+    c.b.rules(symbol, Some(Expr::choose(Expr::from(n).gt(0.0), 1.0, 2.0)), [turned, base]);
+    let graph = c.b.finish(symbol).unwrap();
+    let least = exact(&graph, &Limits::default()).unwrap().root;
+    let closer = envelopes(&graph).refined_box(&graph.root_state(), 10_000).unwrap();
+    let off = (closer.min - least.min).abs().max((closer.max - least.max).abs()).max_element();
+    assert!(off < 1e-11, "{closer:?} {least:?}");
+}
+
 /// All states that a few steps from the root lead to.
 fn states(graph: &Graph, count: usize) -> Vec<State> {
     let mut states = vec![graph.root_state()];

@@ -11,6 +11,7 @@ use glam::{DAffine3, DVec3};
 
 use super::Envelopes;
 use crate::best_first::best_first;
+use crate::rounding::Rounding;
 use crate::{Aabb, BoundsError, Shape};
 
 /// What may reach furthest.
@@ -105,7 +106,7 @@ impl Open {
     fn below(&self, map: &DAffine3) -> Self {
         // Of a sum of four products.
         const ROUNDING: f64 = 4.0 * f64::EPSILON;
-        let norm = map.matrix3.x_axis.length() + map.matrix3.y_axis.length() + map.matrix3.z_axis.length();
+        let gain = Rounding::of(map).gain();
         let length = self.direction.length();
         let offset = self.offset + map.translation.dot(self.direction);
         let moved = map.translation.length();
@@ -113,7 +114,7 @@ impl Open {
             upper: self.upper,
             direction: map.matrix3.transpose() * self.direction,
             offset,
-            tilt: norm * (self.tilt + ROUNDING * length),
+            tilt: gain * (self.tilt + ROUNDING * length),
             shift: self.shift
                 + moved * (self.tilt + ROUNDING * length)
                 + ROUNDING * (self.offset.abs() + offset.abs()),
