@@ -125,9 +125,9 @@ pub enum Fault {
     #[error("more parts of parts lie in each other here than a ray can come to")]
     Crowded,
     /// The solid reaches so far that lengths are beyond what numbers hold.
-    #[error("the solid reaches {reach:.1e} far, and may reach at most {most:.0e}")]
+    #[error("the solid reaches {}, and may reach at most {most:.0e}", Distance(*reach))]
     TooLarge {
-        /// Its largest coordinate.
+        /// Its largest coordinate, infinite if numbers do not go that far.
         reach: f64,
         /// What that may be.
         most: f64,
@@ -171,6 +171,15 @@ impl fmt::Display for ParamValues<'_> {
             write!(f, "{before}{name} = {}", Number(*value))?;
         }
         Ok(())
+    }
+}
+
+/// `1.6e150 far`, or what there is to say where numbers end.
+struct Distance(f64);
+
+impl fmt::Display for Distance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_finite() { write!(f, "{:.1e} far", self.0) } else { f.write_str("further than numbers") }
     }
 }
 

@@ -85,7 +85,12 @@ fn a_solid_beyond_numbers_is_refused_where_it_gets_there() {
     let half = "A -> sphere | move(1, 0, 0) uscale(0.5) A";
     let cases = [
         // 2⁴⁹⁸ < 10¹⁵⁰ < 2⁴⁹⁹
-        (recursion("2"), "4:9", "the solid reaches inf far", "where n = 499"),
+        (
+            recursion("2"),
+            "4:9",
+            "the solid reaches further than numbers, and may reach at most 1e150",
+            "where n = 499",
+        ),
         (recursion("0.5"), "4:9", "at least 1e-150", "where n = 500"),
         ("{} move(1e14, 0, 0) cube | uscale(1e200) cube".to_owned(), "1:28", "at most 1e150", "uscale"),
         ("{} move(1e15, 0, 0) (cube | sphere)".to_owned(), "1:4", "times its size", "too far away"),
