@@ -36,78 +36,34 @@ enum Structure<'a> {
     Gridded(Box<Grid<'a>>),
 }
 
+/// A structure, which boxes it has, and what their computation took.
+type Made<'a> = (Structure<'a>, Option<MethodArg>, Duration);
+
 impl<'a> Prepared<'a> {
     /// Makes an engine ready.
     pub(crate) fn new(loaded: &'a Loaded, regime: &Regime, plan: Plan) -> Result<Self, Failure> {
         let start = Instant::now();
-        let graph = &loaded.scene.graph;
-        let (method, structure, bounding_time) = match (plan, regime) {
-            (Plan::Fast { detail: Some(0.0), .. }, Regime::Endless) => {
-                return Err(loaded.refused(
-                    "there is no end to what --detail 0 looks into, as the recursion never ends; give it some part of a pixel",
-                ));
+        let (structure, method, bounding_time) = match (plan, regime) {
+            (Plan::Reference { boxes, max_steps }, Regime::Finite(analysis)) => {
+                walked(loaded, analysis, boxes, max_steps)
             }
-            (Plan::Fast { detail, memory, .. }, Regime::Vast(_) | Regime::Endless) => {
-                let (bounds, usual_detail, memory) = match regime {
-                    Regime::Vast(limit) => {
-                        let envelopes = loaded.envelopes(limit.option)?;
-                        let memory = memory.saturating_sub(envelopes.bytes());
-                        // They are about twice as large as what is in them.
-                        (StateBounds::Envelopes(Box::new(envelopes)), 1.0, memory)
-                    }
-                    _ => {
-                        let (boxes, _) = bounds::endless_boxes(loaded, &limits(loaded))?;
-                        extent::check(loaded, &boxes)?;
-                        (StateBounds::Exact(Box::new(boxes)), 0.5, memory)
-                    }
-                };
-                let bounding_time = start.elapsed();
-                let compiled = Accelerated::on_demand(graph.clone(), bounds, memory)
-                    .map_err(|error| loaded.failure(&error.into()))?
-                    .with_detail(detail.unwrap_or(usual_detail));
-                (Some(MethodArg::Exact), Structure::Compiled(Box::new(compiled)), bounding_time)
-            }
+            (Plan::Fast { budget, detail, .. }, Regime::Finite(_)) => compiled(loaded, budget, detail),
+            (Plan::Fast { detail, memory, .. }, Regime::Vast(limit)) => vast(loaded, *limit, detail, memory),
+            (Plan::Fast { detail, memory, .. }, Regime::Endless) => endless(loaded, detail, memory),
+            (Plan::Grid { resolution, budget }, Regime::Finite(_)) => gridded(loaded, resolution, budget),
             (Plan::Reference { .. } | Plan::Grid { .. }, Regime::Vast(limit)) => {
                 let Limit { states, option } = limit;
-                let reason = format!(
+                Err(loaded.refused(format!(
                     "it has more than {states} states, and only the fast engine can trace what cannot be listed; raise {option} if there is an end to them"
-                );
-                return Err(loaded.refused(reason));
+                )))
             }
             (Plan::Reference { .. } | Plan::Grid { .. }, Regime::Endless) => {
                 loaded.report_unlisted();
-                return Err(loaded.refused(
+                Err(loaded.refused(
                     "only the fast engine can trace what never ends: it does not look into what is too small to be seen",
-                ));
+                ))
             }
-            (Plan::Reference { boxes, max_steps }, Regime::Finite(analysis)) => {
-                let method = boxes.map_or_else(|| Some(usual_method(analysis)), BoxesArg::method);
-                let boxes = hyper_boxes(loaded, analysis, method, max_steps)?;
-                (method, Structure::Walked(boxes), start.elapsed())
-            }
-            (Plan::Fast { budget, detail, .. }, Regime::Finite(_)) => {
-                let boxes = exact_boxes(loaded)?;
-                if let Some(note) = too_fine(&boxes) {
-                    say(format_args!("\x1b[1;96mnote\x1b[0m: {}: {note}", loaded.name));
-                }
-                let bounding_time = start.elapsed();
-                let compiled =
-                    Accelerated::new(graph, &boxes, budget).map_err(|error| loaded.failure(&error.into()))?;
-                let compiled = match detail {
-                    Some(pixels) => compiled.with_detail(pixels),
-                    None => compiled,
-                };
-                (Some(MethodArg::Exact), Structure::Compiled(Box::new(compiled)), bounding_time)
-            }
-            (Plan::Grid { resolution, budget }, Regime::Finite(_)) => {
-                let boxes = exact_boxes(loaded)?;
-                refuse_too_fine(loaded, &boxes)?;
-                let bounding_time = start.elapsed();
-                let grid = Grid::new(graph, boxes, resolution, budget)
-                    .map_err(|error| loaded.failure(&error.into()))?;
-                (Some(MethodArg::Exact), Structure::Gridded(Box::new(grid)), bounding_time)
-            }
-        };
+        }?;
         Ok(Self { structure, method, bounding_time, setup_time: start.elapsed(), loaded })
     }
 
@@ -139,6 +95,82 @@ impl<'a> Prepared<'a> {
             Structure::Gridded(grid) => grid.bytes(),
         }
     }
+}
+
+fn walked(
+    loaded: &Loaded,
+    analysis: &Analysis,
+    boxes: Option<BoxesArg>,
+    max_steps: u64,
+) -> Result<Made<'static>, Failure> {
+    let start = Instant::now();
+    let method = boxes.map_or_else(|| Some(usual_method(analysis)), BoxesArg::method);
+    let boxes = hyper_boxes(loaded, analysis, method, max_steps)?;
+    Ok((Structure::Walked(boxes), method, start.elapsed()))
+}
+
+fn compiled(loaded: &Loaded, budget: usize, detail: Option<f64>) -> Result<Made<'static>, Failure> {
+    let start = Instant::now();
+    let boxes = exact_boxes(loaded)?;
+    if let Some(note) = too_fine(&boxes) {
+        say(format_args!("\x1b[1;96mnote\x1b[0m: {}: {note}", loaded.name));
+    }
+    let bounding_time = start.elapsed();
+    let compiled = Accelerated::new(&loaded.scene.graph, &boxes, budget)
+        .map_err(|error| loaded.failure(&error.into()))?;
+    let compiled = match detail {
+        Some(pixels) => compiled.with_detail(pixels),
+        None => compiled,
+    };
+    Ok((Structure::Compiled(Box::new(compiled)), Some(MethodArg::Exact), bounding_time))
+}
+
+fn gridded(loaded: &Loaded, resolution: Option<u32>, budget: usize) -> Result<Made<'_>, Failure> {
+    let start = Instant::now();
+    let boxes = exact_boxes(loaded)?;
+    refuse_too_fine(loaded, &boxes)?;
+    let bounding_time = start.elapsed();
+    let grid = Grid::new(&loaded.scene.graph, boxes, resolution, budget)
+        .map_err(|error| loaded.failure(&error.into()))?;
+    Ok((Structure::Gridded(Box::new(grid)), Some(MethodArg::Exact), bounding_time))
+}
+
+fn vast(loaded: &Loaded, limit: Limit, detail: Option<f64>, memory: usize) -> Result<Made<'static>, Failure> {
+    /// Envelopes are about twice as large as what is in them.
+    const DETAIL: f64 = 1.0;
+    let start = Instant::now();
+    let envelopes = loaded.envelopes(limit.option)?;
+    let memory = memory.saturating_sub(envelopes.bytes());
+    let bounds = StateBounds::Envelopes(Box::new(envelopes));
+    on_demand(loaded, bounds, detail.unwrap_or(DETAIL), memory, start.elapsed())
+}
+
+fn endless(loaded: &Loaded, detail: Option<f64>, memory: usize) -> Result<Made<'static>, Failure> {
+    const DETAIL: f64 = 0.5;
+    if detail == Some(0.0) {
+        return Err(loaded.refused(
+            "there is no end to what --detail 0 looks into, as the recursion never ends; give it some part of a pixel",
+        ));
+    }
+    let start = Instant::now();
+    let (boxes, _) = bounds::endless_boxes(loaded, &limits(loaded))?;
+    extent::check(loaded, &boxes)?;
+    let bounds = StateBounds::Exact(Box::new(boxes));
+    on_demand(loaded, bounds, detail.unwrap_or(DETAIL), memory, start.elapsed())
+}
+
+/// What is compiled when rays come to it.
+fn on_demand(
+    loaded: &Loaded,
+    bounds: StateBounds,
+    detail: f64,
+    memory: usize,
+    bounding_time: Duration,
+) -> Result<Made<'static>, Failure> {
+    let compiled = Accelerated::on_demand(loaded.scene.graph.clone(), bounds, memory)
+        .map_err(|error| loaded.failure(&error.into()))?
+        .with_detail(detail);
+    Ok((Structure::Compiled(Box::new(compiled)), Some(MethodArg::Exact), bounding_time))
 }
 
 /// The boxes of all states, of a solid that can be seen.
