@@ -33,7 +33,8 @@ pub struct Limits {
     /// The gap, relative to the extent of the box, at which a support query of [`exact`](crate::exact) may end and add
     /// it to the box. Gaps from below add to it: up to a few times as much.
     ///
-    /// By default 10⁻¹². In deep scenes, larger ones make the queries faster, and the boxes larger by as much.
+    /// By default 10⁻¹². In deep scenes, larger ones make the queries faster, and the boxes larger by as much. What is not above
+    /// 0, or no number, is as 0: queries end where rounding does.
     pub gap: f64,
     /// The most states without chance that `Envelopes` tell apart. If there are more, they know the
     /// parameter with the most values by intervals alone.

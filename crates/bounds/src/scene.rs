@@ -6,6 +6,8 @@
 
 use std::fmt;
 use std::hash::Hash;
+use std::rc::Rc;
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
@@ -115,6 +117,21 @@ pub trait Map {
 }
 
 /// A primitive solid in its own frame.
+///
+/// A pointer to a shape is one, too, so that a scene need not copy a mesh for each state that is made of it, and may mix shapes
+/// of different kinds:
+///
+/// ```
+/// use std::sync::Arc;
+///
+/// use csg_graph_bounds::{Aabb, PointSet, Shape};
+/// use glam::DVec3;
+///
+/// let tetrahedron = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+/// let shapes: [Arc<dyn Shape>; 2] =
+///     [Arc::new(PointSet::from(tetrahedron.to_vec())), Arc::new(Aabb::new(DVec3::ZERO, DVec3::ONE))];
+/// assert_eq!(shapes.map(|shape| shape.support(DVec3::ONE)), [1.0, 3.0]);
+/// ```
 pub trait Shape {
     /// A box that encloses the shape: the least one, if boxes are to be as small as they can be.
     fn bounds(&self) -> Aabb;
@@ -147,10 +164,7 @@ pub trait Shape {
     ///
     /// This default sees only what is outside, by means of the support. Without the inside, searches prove no lower
     /// bounds, and subtracting the shape gains nothing.
-    fn classify(&self, cell: &Cell) -> Side
-    where
-        Self: Sized,
-    {
+    fn classify(&self, cell: &Cell) -> Side {
         if cell.misses(self) { Side::Outside } else { Side::Mixed }
     }
 }
@@ -212,6 +226,35 @@ impl Shape for Aabb {
         }
     }
 }
+
+macro_rules! shapes_behind {
+    ($($pointer:ty),*) => {$(
+        /// The shape that it points to.
+        impl<S: Shape + ?Sized> Shape for $pointer {
+            fn bounds(&self) -> Aabb {
+                (**self).bounds()
+            }
+
+            fn point_set(&self) -> PointSet<'_> {
+                (**self).point_set()
+            }
+
+            fn support(&self, direction: DVec3) -> f64 {
+                (**self).support(direction)
+            }
+
+            fn complement_bounds(&self) -> Aabb {
+                (**self).complement_bounds()
+            }
+
+            fn classify(&self, cell: &Cell) -> Side {
+                (**self).classify(cell)
+            }
+        }
+    )*};
+}
+
+shapes_behind!(&S, Box<S>, Rc<S>, Arc<S>);
 
 /// The convex hull of finite points, such as the vertices of a mesh.
 impl Shape for PointSet<'_> {

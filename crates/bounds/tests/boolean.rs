@@ -10,11 +10,14 @@ mod common;
 mod solids;
 
 use std::convert::Infallible;
+use std::rc::Rc;
+use std::sync::Arc;
 
 use common::{Instance, Kind, recipes, unfold};
 use csg_graph::{Graph, GraphBuilder, NodeId, Operator, Primitive, PrimitiveKind, TransformKind};
 use csg_graph_bounds::{
-    Aabb, Cell, ExactBoxes, Limits, Refinement, Scene, Shape, Side, Slabs, SolidBox, Step, Volume, exact,
+    Aabb, Cell, ExactBoxes, Limits, PointSet, Refinement, Scene, Shape, Side, Slabs, SolidBox, Step, Volume,
+    exact,
 };
 use glam::{DAffine3, DMat3, DVec3};
 use proptest::prelude::*;
@@ -405,6 +408,31 @@ proptest! {
                 prop_assert!(side != Side::Inside || contains, "{p}");
             }
         }
+    }
+}
+
+#[test]
+fn what_points_to_a_shape_is_that_shape() {
+    /// All that a shape is asked, through as many pointers as one likes.
+    fn answers(shape: impl Shape) -> (Aabb, usize, f64, Aabb, [Side; 2]) {
+        let points = match shape.point_set() {
+            PointSet::Points(points) => points.len(),
+            PointSet::Unbounded => usize::MAX,
+        };
+        let cells = [aabb([-0.1; 3], [0.1; 3]), aabb([3.0; 3], [4.0; 3])].map(Cell::from);
+        let support = shape.support(DVec3::new(1.0, -2.0, 0.5));
+        (shape.bounds(), points, support, shape.complement_bounds(), cells.map(|cell| shape.classify(&cell)))
+    }
+    for kind in [Sphere, HalfSpace] {
+        let shape = || kind.evaluate(&[]).unwrap();
+        let expected = answers(shape());
+        let owned = shape();
+        let borrowed: &Primitive = &owned;
+        assert_eq!(answers(borrowed), expected);
+        assert_eq!(answers(Box::new(shape())), expected);
+        assert_eq!(answers(Rc::new(shape())), expected);
+        let shared: Arc<dyn Shape> = Arc::new(shape());
+        assert_eq!(answers(&shared), expected);
     }
 }
 

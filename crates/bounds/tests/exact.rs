@@ -387,6 +387,17 @@ fn what_overflows_has_no_end() {
 
 /// Copies of a cube turned about its own centre, 2⁴⁰ of them: no bound tells them apart.
 #[test]
+fn a_gap_that_is_none_is_as_close_as_rounding_allows() {
+    for graph in [sympodial(6), sierpinski(4)] {
+        let with_gap = |gap| exact(&graph, &Limits::default().with_gap(gap)).unwrap().root;
+        let least = with_gap(0.0);
+        assert!(off(least, boxes(&graph).root) < 1e-11);
+        assert_eq!([-1.0, f64::NEG_INFINITY, f64::NAN].map(with_gap), [least; 3]);
+        assert!(with_gap(f64::INFINITY).encloses(least));
+    }
+}
+
+#[test]
 fn work_is_limited_and_the_gap_certified() {
     let mut b = GraphBuilder::new();
     let n = b.param("n", 40.0);

@@ -29,18 +29,27 @@ impl Env {
     }
 
     /// The value of `param`, or `None` while it is unset.
+    ///
+    /// # Panics
+    /// If there are fewer parameters: it is one of another graph.
     pub fn get(&self, param: ParamId) -> Option<f64> {
         let value = self.0[param.index()];
         (!value.is_nan()).then_some(value)
     }
 
     /// Gives `param` a value; not a number takes it away.
+    ///
+    /// # Panics
+    /// As [`get`](Self::get).
     pub fn set(&mut self, param: ParamId, value: f64) {
         // Of all that is not a number only one is stored, as of both zeros: equality is by bits.
         Arc::make_mut(&mut self.0)[param.index()] = if value.is_nan() { UNSET } else { value + 0.0 };
     }
 
     /// Takes the value of `param` away.
+    ///
+    /// # Panics
+    /// As [`get`](Self::get).
     pub fn blank(&mut self, param: ParamId) {
         Arc::make_mut(&mut self.0)[param.index()] = UNSET;
     }

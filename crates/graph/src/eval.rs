@@ -200,6 +200,9 @@ impl Graph {
     }
 
     /// The state of `node` under `env`: dead parameters are blanked.
+    ///
+    /// # Panics
+    /// If either is of another graph, one with more nodes or fewer parameters.
     pub fn state(&self, node: NodeId, mut env: Env) -> State {
         for param in self.liveness.dead(node) {
             if env.get(param).is_some() {
@@ -210,6 +213,9 @@ impl Graph {
     }
 
     /// The live parameters of a state that have values, in the order of their declaration.
+    ///
+    /// # Panics
+    /// If the state is of another graph, one with more nodes or fewer parameters.
     pub fn live_values(&self, state: &State) -> Vec<(String, f64)> {
         let live = self.live_params(state.node());
         live.filter_map(|param| Some((self.param_name(param).to_owned(), state.env().get(param)?))).collect()
@@ -219,6 +225,9 @@ impl Graph {
     ///
     /// # Errors
     /// If an expression of the node has no usable value.
+    ///
+    /// # Panics
+    /// If the state is of another graph, one with more nodes or fewer parameters.
     pub fn step(&self, state: &State) -> Result<Step, EvalError> {
         let State { node: id, env } = state;
         let below = |child: NodeId| self.state(child, env.clone());
