@@ -11,7 +11,10 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use csg_graph_trace::{Integrator, LatentImage, Probe, Settings, probe};
+use csg_graph_grammar::Image;
+use csg_graph_trace::{
+    Integrator, LatentImage, MAX_BOUNCES, MAX_EXPOSURE, MAX_PIXELS, MAX_SAMPLES, Probe, Settings, probe,
+};
 use image::{ImageError, ImageFormat, RgbImage};
 use rayon::ThreadPool;
 
@@ -25,6 +28,14 @@ use checkpoint::Checkpoint;
 use stats::Stats;
 
 pub use budgets::{Budgeted, budgets_drawing};
+
+// What a file may ask for is what can be rendered.
+const _: () = assert!(
+    Image::MAX_PIXELS == MAX_PIXELS
+        && Image::MAX_SAMPLES == MAX_SAMPLES
+        && Image::MAX_BOUNCES == MAX_BOUNCES
+        && Image::MAX_EXPOSURE == MAX_EXPOSURE
+);
 
 /// The most rays a pixel where noise decides, and nobody asked for more or less.
 const NOISY_SAMPLES: u32 = 256;

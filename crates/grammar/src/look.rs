@@ -98,4 +98,12 @@ pub struct Image {
 impl Image {
     /// The most pixels that a side of a picture may have.
     pub const MAX_SIDE: u32 = 65_536;
+    /// The most pixels that a picture may have.
+    pub const MAX_PIXELS: u64 = 1 << 26;
+    /// The most rays a pixel.
+    pub const MAX_SAMPLES: u32 = 4096;
+    /// The most bounces.
+    pub const MAX_BOUNCES: u32 = 1024;
+    /// The most stops by which the light is taken brighter or darker.
+    pub const MAX_EXPOSURE: f64 = 32.0;
 }

@@ -11,14 +11,6 @@ use crate::names::nearest;
 use crate::syntax::{self, Assignment, ExprId, Item, SceneBlock};
 use crate::{Diagnostic, Span};
 
-/// The most pixels of a picture.
-const PIXELS: u64 = 1 << 26;
-/// The most rays a pixel.
-const SAMPLES: u32 = 4096;
-/// The most bounces.
-const BOUNCES: u32 = 1024;
-/// The most stops.
-const EXPOSURE: f64 = 32.0;
 /// The largest diameter of a sun, in degrees.
 const DISC: f64 = 90.0;
 /// The largest coordinate of a point, so that squares of distances are numbers.
@@ -145,22 +137,23 @@ impl Lowering<'_> {
         let mut fields = self.fields(block, &known);
         let integrator = fields.take("integrator").and_then(|field| self.integrator(field));
         let exposure = fields.take("exposure").and_then(|field| {
-            let what = format!("a number of stops from -{most} to {most}", most = Number(EXPOSURE));
-            self.number_where(field, &what, |stops| stops.abs() <= EXPOSURE)
+            let what =
+                format!("a number of stops from -{most} to {most}", most = Number(Image::MAX_EXPOSURE));
+            self.number_where(field, &what, |stops| stops.abs() <= Image::MAX_EXPOSURE)
         });
         let mut whole = |name, most| fields.take(name).and_then(|field| self.whole(field, most));
         let [width, height] = ["width", "height"].map(|side| whole(side, Image::MAX_SIDE));
         let image = Image {
             width,
             height,
-            samples: whole("samples", SAMPLES),
+            samples: whole("samples", Image::MAX_SAMPLES),
             integrator,
-            bounces: whole("bounces", BOUNCES),
+            bounces: whole("bounces", Image::MAX_BOUNCES),
             exposure,
         };
         let pixels = width.map(u64::from).zip(height.map(u64::from)).map(|(width, height)| width * height);
-        if let Some(pixels) = pixels.filter(|pixels| *pixels > PIXELS) {
-            let message = format!("a picture has at most {PIXELS} pixels");
+        if let Some(pixels) = pixels.filter(|pixels| *pixels > Image::MAX_PIXELS) {
+            let message = format!("a picture has at most {} pixels", Image::MAX_PIXELS);
             self.diagnostics.push(Diagnostic::error(block.name, message).label(format!("{pixels} pixels")));
         }
         image
