@@ -112,7 +112,7 @@ impl Rounding {
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "infinity is exact")]
 mod tests {
-    use glam::{DAffine3, DVec3};
+    use glam::{DAffine3, DMat3, DVec3};
 
     use super::*;
 
@@ -146,6 +146,37 @@ mod tests {
             chain = (product, Rounding::of_product(&product, Rounding::of(&turned), chain.1));
         }
         assert!(chain.1.error_above(1.0, 1e-10) < 1.1e-10, "{chain:?}");
+    }
+
+    /// Maps that are as far from what they stand for as they may be, all in one direction: nothing of the rule can be left out.
+    #[test]
+    fn a_product_drifts_as_far_as_its_maps_together() {
+        /// A map, what it stands for, and how far that is.
+        fn drifting(scale: f64, offset: f64, [linear, moved]: [f64; 2]) -> (DAffine3, DAffine3, Rounding) {
+            let affine = DAffine3 {
+                matrix3: DMat3::from_diagonal(DVec3::splat(scale)),
+                translation: DVec3::splat(offset),
+            };
+            let meant = DAffine3 {
+                matrix3: affine.matrix3 * (1.0 + linear),
+                translation: affine.translation + moved / DIAGONAL,
+            };
+            let drift =
+                Rounding { linear_drift: scale * linear, offset_drift: moved, ..Rounding::of(&affine) };
+            (affine, meant, Rounding { gain: scale * (1.0 + linear), ..drift })
+        }
+        let point = DVec3::splat(11.0);
+        let drifts = [[0.0, 0.0], [1e-3, 0.0], [0.0, 0.1], [1e-3, 0.1]];
+        for (outer, inner) in drifts.iter().flat_map(|outer| drifts.iter().map(move |inner| (outer, inner))) {
+            let (outer, outer_meant, outer_rounding) = drifting(3.0, 5.0, *outer);
+            let (inner, inner_meant, inner_rounding) = drifting(0.5, 70.0, *inner);
+            let (product, meant) = (outer * inner, outer_meant * inner_meant);
+            let rounding = Rounding::of_product(&product, outer_rounding, inner_rounding);
+            let off = meant.transform_point3(point).distance(product.transform_point3(point));
+            let bound = rounding.error_above(11.0, 0.0);
+            assert!(off <= bound && bound <= 1.001 * off + 1e-9, "{off} {bound} {rounding:?}");
+            assert!(rounding.gain() >= meant.matrix3.x_axis.x, "{rounding:?}");
+        }
     }
 
     #[test]
