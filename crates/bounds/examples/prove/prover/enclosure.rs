@@ -1,6 +1,7 @@
 //! The bounding volumes as what they promise: inequalities, decided without any rounding of their own.
 
-use csg_graph_bounds::{Aabb, CertifiedSphere, Obb, PointSet, Slabs, Sphere, Volume};
+use csg_graph::State;
+use csg_graph_bounds::{Aabb, CertifiedSphere, Envelopes, Obb, PointSet, Slabs, Sphere, Volume};
 use glam::DVec3;
 
 use super::cloud::{Cloud, Point, along};
@@ -11,7 +12,7 @@ use super::double::{Double, PRECISION};
 pub(crate) struct Kind(pub(crate) usize);
 
 /// All volumes, in the order of the report.
-pub(crate) const KINDS: [&str; 20] = [
+pub(crate) const KINDS: [&str; 24] = [
     "box of the state",
     "box of the root alone",
     "hyper box, exact",
@@ -19,6 +20,10 @@ pub(crate) const KINDS: [&str; 20] = [
     "hyper box, conventional",
     "S-bound of the root",
     "box of the solid",
+    "planes of the envelope",
+    "box of the envelope",
+    "ball of the envelope",
+    "refined box of the root",
     "box from supports",
     "sphere from supports",
     "certified sphere",
@@ -42,8 +47,10 @@ impl Kind {
     pub(crate) const CONVENTIONAL: Self = Self(4);
     pub(crate) const S_BOUND: Self = Self(5);
     pub(crate) const SOLID: Self = Self(6);
-    const FROM_SUPPORTS: usize = 7;
-    const FROM_POINTS: usize = 14;
+    pub(crate) const REFINED: Self = Self(10);
+    const ENVELOPE: usize = 7;
+    const FROM_SUPPORTS: usize = 11;
+    const FROM_POINTS: usize = 18;
 }
 
 /// What encloses points.
@@ -56,6 +63,18 @@ pub(crate) enum Enclosure {
 }
 
 impl Enclosure {
+    /// The parts of what is said of a state without a look at its random numbers.
+    pub(crate) fn of_envelope(envelopes: &Envelopes, state: &State) -> Vec<(Kind, Self)> {
+        const SAID: &str = "there is an end to the recursion";
+        let envelope = envelopes.of(state).expect(SAID);
+        let volumes = [
+            (*envelope.slabs()).into(),
+            Self::Box(envelopes.aabb(state).expect(SAID)),
+            Self::Ball(Sphere { center: DVec3::ZERO, radius: envelope.radius() }),
+        ];
+        (Kind::ENVELOPE..).map(Kind).zip(volumes).collect()
+    }
+
     /// All volumes from a support function.
     pub(crate) fn from_supports(mut support: impl FnMut(DVec3) -> f64, tolerance: f64) -> Vec<(Kind, Self)> {
         let volumes = [

@@ -4,10 +4,13 @@
 //! in it, moved, turned, sheared and scaled: to between 10⁻⁶ and 10⁶ of their size over all levels, of which there are up
 //! to 200. Random solids are made with all primitives, transformations and operators, parts from 10⁻⁶ to 10⁶ and
 //! offsets as large, thin and flat things, near-singular maps. Four parameters are live: the level, a phase that says how
-//! much a branch is turned, a width that shrinks with every level, and a count for rows of solids within a level.
+//! much a branch is turned, a width that shrinks with every level, and a count for rows of solids within a
+//! level. Some of what copies are moved and turned by is drawn anew at each level, with the level for a seed: so chance makes no
+//! more states.
 
 use csg_graph::{
-    AttributeTerm, Binary, Expr, Graph, GraphBuilder, NodeId, Operator, ParamId, PrimitiveKind, TransformKind,
+    AttributeTerm, Binary, Expr, Function, Graph, GraphBuilder, NodeId, Operator, ParamId, PrimitiveKind,
+    TransformKind,
 };
 use glam::{DMat3, DVec3};
 
@@ -30,7 +33,7 @@ pub(crate) fn graph(random: &mut Random) -> Graph {
     let width = builder.param("width", random.between(0.2, 1.0));
     let count = builder.param("count", 2.0);
     let factor = libm::pow(random.magnitude(1.0 / RATIO, RATIO), 1.0 / levels);
-    let mut maker = Maker { builder, n, phase, width, count, factor, levels, random };
+    let mut maker = Maker { builder, n, phase, width, count, factor, levels, sites: 0, random };
     let root = maker.symbols();
     maker.builder.finish(root).expect("the maker makes sound graphs")
 }
@@ -44,6 +47,8 @@ struct Maker<'a> {
     /// By how much each level is larger than the one above.
     factor: f64,
     levels: f64,
+    /// How many random numbers a level draws.
+    sites: u32,
     random: &'a mut Random,
 }
 
@@ -124,7 +129,10 @@ impl Maker<'_> {
             next
         };
         for (kind, args) in maps.into_iter().rev() {
-            node = self.builder.transform(kind, args.into_iter().map(Expr::from), node);
+            let is_drawn = matches!(kind, Move | RotX | RotY | RotZ) && self.random.chance(0.3);
+            let args: Vec<Expr> =
+                args.into_iter().map(|arg| if is_drawn { self.drawn(arg) } else { arg.into() }).collect();
+            node = self.builder.transform(kind, args, node);
         }
         // Phases recombine: there are three of them, in whatever order the branches come.
         let shift = 1.0 + self.random.below(2) as f64;
@@ -132,6 +140,14 @@ impl Maker<'_> {
         let thinner = Expr::binary(Binary::Multiply, self.width, 0.98);
         let down = (self.n, Expr::from(self.n) - 1.0);
         self.builder.calculate([down, (self.phase, phase), (self.width, thinner)], node)
+    }
+
+    /// Somewhere about a number, at each level elsewhere.
+    fn drawn(&mut self, about: f64) -> Expr {
+        self.sites += 1;
+        let spread = self.random.pick(&[0.0, 1e-12, 0.5]);
+        let range = [about - spread, about + spread].map(Expr::from);
+        Expr::draw(Function::Rand, self.n, self.sites, range)
     }
 
     /// How much a map enlarges at each of as many levels as there are.

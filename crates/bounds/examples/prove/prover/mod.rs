@@ -21,7 +21,9 @@ mod surface;
 mod tally;
 
 use csg_graph::Graph;
-use csg_graph_bounds::{Aabb, ExactBoxes, Limits, Refinement, Shape, chain, conventional, exact, root_box};
+use csg_graph_bounds::{
+    Aabb, Envelopes, ExactBoxes, Limits, Refinement, Shape, chain, conventional, exact, root_box,
+};
 use glam::DVec3;
 
 use cloud::Cloud;
@@ -43,6 +45,9 @@ const CHOSEN: usize = 6;
 
 /// How many cells the search for a face of that box may classify.
 const CELLS: usize = 300;
+
+/// How many nodes are looked at for a face of the refined box.
+const STEPS_CLOSER: usize = 1000;
 
 /// Why there is an answer for a state.
 const REACHED: &str = "the root leads to all states";
@@ -104,11 +109,15 @@ fn volumes(
     let root = root_box(graph, limits).expect("all boxes were found, so this one is").aabb;
     volumes[states.root()].push((Kind::ROOT, Enclosure::Box(root)));
     volumes[states.root()].push((Kind::S_BOUND, Enclosure::Box(boxes.s_bounds(graph).root)));
+    let envelopes = Envelopes::new(graph.clone(), limits);
+    let refined = envelopes.refined_box(&graph.root_state(), STEPS_CLOSER).expect("it has an envelope");
+    volumes[states.root()].push((Kind::REFINED, Enclosure::Box(refined)));
     for i in 0..CHOSEN {
         let number = if i == 0 { states.root() } else { random.below(states.all.len()) };
         let state = &states.all[number].state;
         let mut solid = boxes.solid(state, &Refinement::default().with_cells(CELLS)).expect(REACHED);
         volumes[number].push((Kind::SOLID, Enclosure::Box(solid.aabb().aabb)));
+        volumes[number].extend(Enclosure::of_envelope(&envelopes, state));
         let support = |direction: DVec3| boxes.support(state, direction).expect(REACHED).upper;
         let tolerance = random.pick(&[0.5, 0.1, 0.03]);
         volumes[number].extend(Enclosure::from_supports(support, tolerance));
@@ -119,6 +128,7 @@ fn volumes(
     });
     for (number, primitive) in shapes.take(2 * CHOSEN) {
         volumes[number].extend(Enclosure::from_points(&primitive.point_set()));
+        volumes[number].extend(Enclosure::of_envelope(&envelopes, &states.all[number].state));
     }
     volumes
 }
