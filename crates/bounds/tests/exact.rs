@@ -385,7 +385,6 @@ fn what_overflows_has_no_end() {
     assert_eq!(found.root, Aabb::ALL);
 }
 
-/// Copies of a cube turned about its own centre, 2⁴⁰ of them: no bound tells them apart.
 #[test]
 fn a_gap_that_is_none_is_as_close_as_rounding_allows() {
     for graph in [sympodial(6), sierpinski(4)] {
@@ -397,6 +396,7 @@ fn a_gap_that_is_none_is_as_close_as_rounding_allows() {
     }
 }
 
+/// Copies of a cube turned about its own centre, 2⁴⁰ of them: no bound tells them apart.
 #[test]
 fn work_is_limited_and_the_gap_certified() {
     let mut b = GraphBuilder::new();
